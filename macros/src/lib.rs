@@ -1,0 +1,1 @@
+//! The doorway from Rust to the language.

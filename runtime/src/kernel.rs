@@ -1,0 +1,102 @@
+//! The interface file: all that generated code may name.
+//!
+//! A law reaches the runtime as a [`crate::spec::Spec`] (data: slots, constants, sweeps as tapes) and,
+//! when it was compiled, as a [`CompiledLaw`] whose sweeps carry the same straight-line bodies as machine
+//! code. Both run in the same traversals: an uncompiled sweep is a [`Sweep`] whose body walks the tape.
+//!
+//! The generated code says what happens on a node or on a bond, generic over the lane type; the runtime
+//! owns every loop, mask, load and store. Rules for everything on the hot path: `#[inline(always)]`, no
+//! closures, `target_feature` only on the outermost wrapper (see `sweep_entries!`).
+
+/// A register of `W` nodes' values. `f64` itself is the scalar lane.
+///
+/// `rsqrt` need not be correctly rounded, but it is a pure function of its argument, the same for every
+/// lane of one type: an undeformed bond then has exactly no stretch.
+pub trait Lane: Copy + Send + Sync + 'static {
+    const W: usize;
+    /// One truth value per lane.
+    type Mask: Copy;
+    fn splat(v: f64) -> Self;
+    fn add(self, b: Self) -> Self;
+    fn sub(self, b: Self) -> Self;
+    fn mul(self, b: Self) -> Self;
+    fn div(self, b: Self) -> Self;
+    /// `self * b + c`, fused where the instruction set has it.
+    fn fma(self, b: Self, c: Self) -> Self;
+    fn neg(self) -> Self;
+    fn abs(self) -> Self;
+    fn min(self, b: Self) -> Self;
+    fn max(self, b: Self) -> Self;
+    fn sqrt(self) -> Self;
+    /// Reciprocal square root, good to a few units in the last place.
+    fn rsqrt(self) -> Self;
+    fn exp(self) -> Self;
+    fn ln(self) -> Self;
+    fn sin(self) -> Self;
+    fn cos(self) -> Self;
+    fn tan(self) -> Self;
+    fn pow(self, b: Self) -> Self;
+    /// Integer power by repeated multiplication; negative powers divide once.
+    fn powi(self, n: i32) -> Self;
+    fn lt(self, b: Self) -> Self::Mask;
+    fn le(self, b: Self) -> Self::Mask;
+    fn and(a: Self::Mask, b: Self::Mask) -> Self::Mask;
+    fn or(a: Self::Mask, b: Self::Mask) -> Self::Mask;
+    fn not(a: Self::Mask) -> Self::Mask;
+    fn select(m: Self::Mask, a: Self, b: Self) -> Self;
+}
+
+/// What a node prologue or epilogue may read and write: the node slots of the sweep, by position in its
+/// `own` and `out` lists, and the constants of the law.
+pub trait Node<L: Lane> {
+    fn constant(&self, k: usize) -> L;
+    fn own(&self, k: usize) -> L;
+    fn out(&mut self, k: usize, v: L);
+}
+
+/// What a bond body may read and do. Loads happen when asked for, so what is not used costs nothing.
+pub trait Bond<L: Lane, const D: usize> {
+    /// Component of the reference bond vector [m].
+    fn xi(&self, a: usize) -> L;
+    /// Component of the relative displacement u_j - u_i [m].
+    fn eta(&self, a: usize) -> L;
+    /// 1/|xi| as the lane's own `rsqrt` of [`norm_squared`] gives it [1/m].
+    fn ix(&self) -> L;
+    /// Reference-bond value of this sweep (from its geometry tape).
+    fn geo(&self, k: usize) -> L;
+    /// Node slot of the other end, by position in the sweep's `nbr` list.
+    fn nbr(&self, k: usize) -> L;
+    /// Committed history of this directed bond, by position in the sweep's `history` list.
+    fn history(&self, k: usize) -> L;
+    /// The same history of the reverse bond j -> i.
+    fn reverse(&self, k: usize) -> L;
+    /// Writes the next value of a history (update sweeps only); current reads do not see it.
+    fn put_history(&mut self, k: usize, v: L);
+    /// Breaks this bond where `m` holds, if the scene lets bonds break here; contributions added
+    /// afterwards do not see it any more.
+    fn kill(&mut self, m: L::Mask);
+    /// `acc += a * b` where the bond counts.
+    fn add(&self, acc: &mut L, a: L, b: L);
+}
+
+/// One sweep: for every node, a prologue, a sum over its bonds, an epilogue.
+pub trait Sweep<const D: usize>: Sync {
+    type Pre<L: Lane>: Copy;
+    type Acc<L: Lane>: Copy;
+    fn zero<L: Lane>(&self) -> Self::Acc<L>;
+    fn pre<L: Lane, N: Node<L>>(&self, node: &N) -> Self::Pre<L>;
+    fn bond<L: Lane, B: Bond<L, D>>(&self, pre: &Self::Pre<L>, bond: &mut B, acc: &mut Self::Acc<L>);
+    fn post<L: Lane, N: Node<L>>(&self, pre: &Self::Pre<L>, acc: &Self::Acc<L>, node: &mut N);
+}
+
+/// |v|^2 in the one order that every path uses.
+#[inline(always)]
+pub fn norm_squared<L: Lane, const D: usize>(v: [L; D]) -> L {
+    let mut s = v[0].mul(v[0]);
+    let mut a = 1;
+    while a < D {
+        s = v[a].fma(v[a], s);
+        a += 1;
+    }
+    s
+}

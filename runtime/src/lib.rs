@@ -1,0 +1,4 @@
+//! Bodies, families, traversals, time: everything but the law.
+pub mod body;
+pub mod kernel;
+pub mod spec;
