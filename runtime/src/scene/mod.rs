@@ -16,6 +16,7 @@ mod section;
 mod setup;
 mod shape;
 mod time;
+mod value;
 
 pub use body::Nodes;
 pub use family::Family;

@@ -7,6 +7,7 @@ use std::path::Path;
 use super::document::{Data, Value};
 use super::problem::Problem;
 use super::section::Section;
+use super::value;
 use crate::language::{Compiled, Complaint, Expected, Exponents, Language, Variable, dimension};
 use crate::spec::{Op, Tape};
 
@@ -138,7 +139,7 @@ impl<'a> Reader<'a> {
         let mut known = self.constants.borrow().clone();
         known.extend_from_slice(extra);
         let found = self.compiled(text, place, &[], &known, expected)?;
-        let number = crate::tape::evaluate(&found.tape, &[]);
+        let number = value::of(&found.tape);
         if number.is_finite() {
             return Some((number, found.unit));
         }
