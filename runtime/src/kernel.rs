@@ -85,7 +85,12 @@ pub trait Sweep<const D: usize>: Sync {
     type Acc<L: Lane>: Copy;
     fn zero<L: Lane>(&self) -> Self::Acc<L>;
     fn pre<L: Lane, N: Node<L>>(&self, node: &N) -> Self::Pre<L>;
-    fn bond<L: Lane, B: Bond<L, D>>(&self, pre: &Self::Pre<L>, bond: &mut B, acc: &mut Self::Acc<L>);
+    fn bond<L: Lane, B: Bond<L, D>>(
+        &self,
+        pre: &Self::Pre<L>,
+        bond: &mut B,
+        acc: &mut Self::Acc<L>,
+    );
     fn post<L: Lane, N: Node<L>>(&self, pre: &Self::Pre<L>, acc: &Self::Acc<L>, node: &mut N);
 }
 

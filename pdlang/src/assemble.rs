@@ -1,0 +1,470 @@
+//! A checked law -> its responses as polynomials -> schedule -> [`Spec`], at one dimension.
+
+use std::collections::{BTreeMap, HashMap};
+
+use crate::constants::Constants;
+use crate::derive::{ForceState, force_state, tangent};
+use crate::direct;
+use crate::ir::{FamilyId, Home, Law, Reduction, Response, Shape};
+use crate::lower::{Lowering, Reading, component_name, stored_components};
+use crate::poly::{Algebra, Atom, AtomId, Poly};
+use crate::schedule::{Responses, Schedule};
+use crate::spec::{
+    FamilySpec, FieldSpec, HistorySpec, InfluenceFn, InfluenceSpec, Number, ParamSpec, SlotKind,
+    Spec,
+};
+use crate::sweep;
+use crate::tape::Builder;
+use crate::units::Unit;
+
+/// A law whose coefficients do not fit exact arithmetic.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TooLarge;
+
+struct Answers {
+    responses: Responses,
+    vectors: Vec<Vec<AtomId>>,
+    pairwise: bool,
+}
+
+/// Compiles a law for bodies of `dim` dimensions.
+pub fn spec(law: &Law, dim: usize) -> Result<Spec, TooLarge> {
+    let mut algebra = Algebra::default();
+    let mut lowering = Lowering::new(law, dim, &mut algebra);
+    let answers = answers(&mut lowering);
+    let (field_slots, history_slots) =
+        (lowering.field_slots.clone(), lowering.history_slots.clone());
+    let filters = filters(&mut lowering);
+    let mut schedule = Schedule::new(dim, state_names(law, dim));
+    schedule.build(&mut algebra, &answers.responses);
+    name_slots(&mut schedule, &answers.responses);
+    let mut constants = Constants::default();
+    let families = families(law, &mut algebra, &mut constants, &filters);
+    let drafts = schedule.drafts.clone();
+    let sweeps = drafts
+        .iter()
+        .map(|d| {
+            sweep::write(
+                &mut algebra,
+                &mut schedule,
+                &mut constants,
+                d,
+                &answers.vectors,
+            )
+        })
+        .collect();
+    if algebra.overflow {
+        return Err(TooLarge);
+    }
+    let r = &answers.responses;
+    let slot = |p: &Poly, s: &Schedule, stage| s.find(p, stage).map_or(0, |q| q.slot);
+    use crate::spec::Stage::{Energy, Step, Tangent, Update};
+    Ok(Spec {
+        law: law.name.clone(),
+        title: law.title.clone(),
+        cites: law.cites.clone(),
+        dim,
+        params: law.params.iter().map(param).collect(),
+        influences: law.influences.iter().map(influence).collect(),
+        families,
+        fields: fields(law, dim, &field_slots),
+        histories: histories(law, dim, &history_slots, &schedule, r, Update),
+        constants: constants.builder.tape,
+        sweeps,
+        force: r.force.iter().map(|p| slot(p, &schedule, Step)).collect(),
+        tangent: r
+            .tangent
+            .iter()
+            .map(|p| slot(p, &schedule, Tangent))
+            .collect(),
+        energy: r.energy.as_ref().map(|p| slot(p, &schedule, Energy)),
+        rates: r
+            .rates
+            .iter()
+            .map(|(s, p)| (*s, slot(p, &schedule, Step)))
+            .collect(),
+        breaks: !r.breaks.is_empty(),
+        pairwise: answers.pairwise,
+        named: r
+            .named
+            .iter()
+            .map(|(n, ps)| {
+                (
+                    n.clone(),
+                    ps.iter().map(|p| slot(p, &schedule, Energy)).collect(),
+                )
+            })
+            .collect(),
+        slots: schedule.slots,
+    })
+}
+
+fn answers(lowering: &mut Lowering) -> Answers {
+    let law = lowering.law;
+    let mut split = Poly::zero();
+    let mut r = Responses::default();
+    let mut state = ForceState::new();
+    let mut pairs = ForceState::new();
+    for response in &law.responses {
+        match response {
+            Response::Energy(e) => {
+                let part = lowering.value(*e, Reading::Split).remove(0);
+                split = lowering.algebra.add(&split, &part);
+                let whole = lowering.value(*e, Reading::Whole).remove(0);
+                let sum = lowering
+                    .algebra
+                    .add(&r.energy.take().unwrap_or_default(), &whole);
+                r.energy = Some(sum);
+            }
+            Response::Pair(family, e) => {
+                let parts = along_bond(lowering, *e);
+                add_state(lowering.algebra, &mut pairs, *family, parts);
+            }
+            Response::State(family, e) => {
+                let parts = along_bond(lowering, *e);
+                add_state(lowering.algebra, &mut state, *family, parts);
+            }
+            Response::Rate(field, e) => {
+                let first = lowering.field_slots[field.index()];
+                let parts = stored(lowering, *e);
+                r.rates.extend(
+                    parts
+                        .into_iter()
+                        .enumerate()
+                        .map(|(k, p)| (first + k as u32, p)),
+                );
+            }
+        }
+    }
+    for (key, parts) in force_state(lowering, &split) {
+        let total = state
+            .entry(key)
+            .or_insert_with(|| vec![Poly::zero(); lowering.dim]);
+        for (t, p) in total.iter_mut().zip(&parts) {
+            *t = lowering.algebra.add(t, p);
+        }
+    }
+    for parts in state.values_mut() {
+        for t in parts.iter_mut() {
+            let other = lowering.algebra.prime(t);
+            *t = lowering.algebra.sub(t, &other);
+        }
+    }
+    for (key, parts) in pairs {
+        let total = state
+            .entry(key)
+            .or_insert_with(|| vec![Poly::zero(); lowering.dim]);
+        for (t, p) in total.iter_mut().zip(&parts) {
+            *t = lowering.algebra.add(t, p);
+        }
+    }
+    let pairwise = !state.is_empty() && pairwise(lowering.algebra, &state);
+    let vectors = force(lowering, state, &mut r);
+    other_answers(lowering, &mut r);
+    Answers {
+        responses: r,
+        vectors,
+        pairwise,
+    }
+}
+
+/// A scalar state points along M.
+fn along_bond(lowering: &mut Lowering, e: crate::ir::ExprId) -> Vec<Poly> {
+    let value = lowering.value(e, Reading::Whole);
+    if lowering.law.exprs[e.index()].shape == Shape::Vector {
+        return value;
+    }
+    let inverse = lowering.algebra.poly(Atom::InverseY);
+    let along = lowering.algebra.mul(&value[0], &inverse);
+    (0..lowering.dim as u8)
+        .map(|a| {
+            let y = lowering.algebra.poly(Atom::Y(a));
+            lowering.algebra.mul(&along, &y)
+        })
+        .collect()
+}
+
+fn add_state(algebra: &mut Algebra, state: &mut ForceState, family: FamilyId, parts: Vec<Poly>) {
+    let total = state
+        .entry((Reduction::Sum, family))
+        .or_insert_with(|| vec![Poly::zero(); parts.len()]);
+    for (t, p) in total.iter_mut().zip(&parts) {
+        *t = algebra.add(t, p);
+    }
+}
+
+fn force(lowering: &mut Lowering, state: ForceState, r: &mut Responses) -> Vec<Vec<AtomId>> {
+    let mut vectors = Vec::new();
+    for ((reduction, family), parts) in state {
+        let sums: Vec<AtomId> = parts
+            .into_iter()
+            .map(|p| lowering.algebra.intern(Atom::Sum(reduction, family, p)))
+            .collect();
+        r.force.resize(lowering.dim, Poly::zero());
+        for (f, s) in r.force.iter_mut().zip(&sums) {
+            *f = lowering.algebra.add(f, &Poly::atom(*s));
+        }
+        vectors.push(sums);
+    }
+    for f in r.force.clone() {
+        let df = tangent(lowering.algebra, lowering.dim, &f, &mut HashMap::new());
+        r.tangent.push(df);
+    }
+    vectors
+}
+
+/// Force on i from j is along Y and knows nothing of either node but the bond.
+fn pairwise(algebra: &mut Algebra, state: &ForceState) -> bool {
+    state.values().all(|parts| {
+        parts.iter().enumerate().all(|(a, p)| {
+            let y = algebra.intern(Atom::Y(a as u8));
+            let plan = algebra.plan(p);
+            plan.iter()
+                .all(|t| t.own.is_none() && t.nbr.is_none() && t.step.degree(y) == 1)
+        })
+    })
+}
+
+fn other_answers(lowering: &mut Lowering, r: &mut Responses) {
+    let law = lowering.law;
+    for b in &law.breaks {
+        let when = lowering.value(b.when, Reading::Whole).remove(0);
+        r.breaks.push((b.family, when));
+    }
+    for (h, history) in law.histories.iter().enumerate() {
+        let parts = stored(lowering, history.update);
+        let first = if history.home == Home::Bond {
+            lowering.bond_history(h)
+        } else {
+            lowering.history_slots[h]
+        };
+        for (k, p) in parts.into_iter().enumerate() {
+            let index = first + k as u32;
+            match history.home {
+                Home::Bond => r.bond_updates.push((history.family, index, p)),
+                _ => r.node_updates.push((index, p)),
+            }
+        }
+    }
+    for def in law
+        .defs
+        .iter()
+        .filter(|d| d.home == Home::Node && !d.span.prelude)
+    {
+        let parts = lowering.value(def.expr, Reading::Whole);
+        let named = parts.into_iter().enumerate().map(|(k, p)| {
+            let name = format!("{}{}", def.name, component_name(def.shape, lowering.dim, k));
+            if p.0.len() > 1 {
+                lowering.algebra.poly(Atom::Named(name, p))
+            } else {
+                p
+            }
+        });
+        r.named.push((def.name.clone(), named.collect()));
+    }
+}
+
+/// Components without repetition.
+fn stored(lowering: &mut Lowering, e: crate::ir::ExprId) -> Vec<Poly> {
+    let full = lowering.value(e, Reading::Whole);
+    let dim = lowering.dim;
+    match lowering.law.exprs[e.index()].shape {
+        Shape::Symmetric => (0..dim)
+            .flat_map(|r| (r..dim).map(move |c| r * dim + c))
+            .map(|k| full[k].clone())
+            .collect(),
+        _ => full,
+    }
+}
+
+fn state_names(law: &Law, dim: usize) -> Vec<String> {
+    let fields = law.fields.iter().map(|f| (f.name.clone(), f.shape));
+    let nodes = law.histories.iter().filter(|h| h.home == Home::Node);
+    let named = fields.chain(nodes.map(|h| (h.name.clone(), h.shape)));
+    named
+        .flat_map(|(n, s)| {
+            let count = stored_components(s, dim);
+            (0..count).map(move |k| {
+                if count == 1 {
+                    n.clone()
+                } else {
+                    format!("{n}_{k}")
+                }
+            })
+        })
+        .collect()
+}
+
+fn name_slots(schedule: &mut Schedule, r: &Responses) {
+    use crate::spec::Stage::{Energy, Step, Tangent};
+    let axes = ["x", "y", "z"];
+    let mut names: BTreeMap<u32, String> = BTreeMap::new();
+    let mut note = |slot: Option<u32>, name: String| {
+        if let Some(slot) = slot {
+            names.entry(slot).or_insert(name);
+        }
+    };
+    let find = |p: &Poly, s| schedule.find(p, s).map(|q| q.slot);
+    for (n, ps) in &r.named {
+        for (k, p) in ps.iter().enumerate() {
+            let name = if ps.len() == 1 {
+                n.clone()
+            } else {
+                format!("{n}_{k}")
+            };
+            note(find(p, Energy), name);
+        }
+    }
+    for (p, a) in r.force.iter().zip(axes) {
+        note(find(p, Step), format!("force_{a}"));
+    }
+    for (p, a) in r.tangent.iter().zip(axes) {
+        note(find(p, Tangent), format!("tangent_{a}"));
+    }
+    if let Some(p) = &r.energy {
+        note(find(p, Energy), "energy".into());
+    }
+    for (k, (_, p)) in r.rates.iter().enumerate() {
+        note(find(p, Step), format!("rate{k}"));
+    }
+    for (slot, name) in names {
+        if matches!(schedule.slots[slot as usize].kind, SlotKind::Computed(_)) {
+            schedule.rename(slot, name);
+        }
+    }
+}
+
+fn filters(lowering: &mut Lowering) -> Vec<Option<Poly>> {
+    let law = lowering.law;
+    law.families
+        .iter()
+        .map(|f| {
+            f.filter
+                .map(|e| lowering.value(e, Reading::Split).remove(0))
+        })
+        .collect()
+}
+
+fn families(
+    law: &Law,
+    algebra: &mut Algebra,
+    constants: &mut Constants,
+    filters: &[Option<Poly>],
+) -> Vec<FamilySpec> {
+    let tape = |algebra: &mut Algebra, constants: &mut Constants, p: &Poly| {
+        let mut b = Builder::default();
+        let r = constants.geometry(algebra, &mut b, p);
+        b.out(r);
+        b.tape
+    };
+    law.families
+        .iter()
+        .zip(filters)
+        .map(|(f, p)| FamilySpec {
+            name: f.name.clone(),
+            filter: p.as_ref().map(|p| tape(algebra, constants, p)),
+        })
+        .collect()
+}
+
+fn fields(law: &Law, dim: usize, first: &[u32]) -> Vec<FieldSpec> {
+    law.fields
+        .iter()
+        .zip(first)
+        .map(|(f, s)| FieldSpec {
+            name: f.name.clone(),
+            slots: (0..stored_components(f.shape, dim) as u32)
+                .map(|k| s + k)
+                .collect(),
+            exponents: f.unit.base,
+        })
+        .collect()
+}
+
+fn histories(
+    law: &Law,
+    dim: usize,
+    first: &[u32],
+    schedule: &Schedule,
+    r: &Responses,
+    stage: crate::spec::Stage,
+) -> Vec<HistorySpec> {
+    let mut out = Vec::new();
+    // Bond histories come first: kernels count them alone.
+    for bond in [true, false] {
+        for (h, history) in law.histories.iter().enumerate() {
+            if (history.home == Home::Bond) != bond {
+                continue;
+            }
+            for k in 0..stored_components(history.shape, dim) as u32 {
+                let current = first[h] + k;
+                let next = r.node_updates.iter().find(|(s, _)| *s == current);
+                let next = next
+                    .and_then(|(_, p)| schedule.find(p, stage))
+                    .map(|q| q.slot);
+                out.push(HistorySpec {
+                    name: history.name.clone(),
+                    bond,
+                    family: history.family.0,
+                    initial: history.initial,
+                    slot: next.filter(|_| !bond).map(|n| (current, n)),
+                });
+            }
+        }
+    }
+    out
+}
+
+pub fn param(p: &crate::ir::Param) -> ParamSpec {
+    let bound = |b: Option<crate::ir::Bound>| {
+        b.filter(|b| b.value.is_finite())
+            .map(|b| (b.value, b.inclusive))
+    };
+    ParamSpec {
+        name: p.name.clone(),
+        doc: p.doc.clone(),
+        unit: unit_text(&p.unit),
+        exponents: p.unit.base,
+        lower: bound(p.lower),
+        upper: bound(p.upper),
+        default: p.default.map(|v| {
+            if v.is_finite() {
+                Number::Finite(v)
+            } else {
+                Number::Infinite
+            }
+        }),
+    }
+}
+
+fn influence(i: &crate::ir::Influence) -> InfluenceSpec {
+    InfluenceSpec {
+        name: i.name.clone(),
+        default: i.default.as_ref().map(influence_fn),
+    }
+}
+
+/// An influence function as the runtime reads it.
+pub fn influence_fn(f: &crate::ir::InfluenceFn) -> InfluenceFn {
+    InfluenceFn {
+        name: f.name.clone(),
+        params: f.params.iter().map(param).collect(),
+        body: direct::tape(&f.exprs, f.body),
+    }
+}
+
+fn unit_text(u: &Unit) -> String {
+    let symbols = ["m", "kg", "s", "A", "K", "mol", "cd"];
+    let power = |(s, n): (&str, &i16)| match n {
+        0 => None,
+        2 => Some(s.to_string()),
+        n if n % 2 == 0 => Some(format!("{s}^{}", n / 2)),
+        n => Some(format!("{s}^{n}/2")),
+    };
+    symbols
+        .into_iter()
+        .zip(&u.base)
+        .filter_map(power)
+        .collect::<Vec<_>>()
+        .join(" ")
+}

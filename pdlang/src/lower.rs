@@ -1,0 +1,522 @@
+//! Typed IR -> polynomials, at one dimension.
+//!
+//! Two readings of the same law. [`Reading::Whole`] keeps what the author named: a definition with several
+//! terms stays one atom, a reduction keeps its body. Energies are evaluated so, because expanding a square
+//! loses digits. [`Reading::Split`] inlines everything and splits reductions into sums of single monomials
+//! with node factors pulled out; the force is derived from that, because there equal sums meet and cancel.
+
+use std::collections::HashMap;
+
+use crate::ir::{
+    BinaryOp, Builtin, CompareOp, ExprId, ExprKind, FamilyId, Flavour, Home, Law, Reduction, Shape,
+};
+use crate::poly::{Algebra, Atom, Collector, Func, Monomial, Poly, StateKind};
+use crate::ratio::Ratio;
+
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum Reading {
+    Whole,
+    Split,
+}
+
+/// Components in row-major order; a symmetric tensor is stored full.
+pub type Value = Vec<Poly>;
+
+pub struct Lowering<'a> {
+    pub law: &'a Law,
+    pub dim: usize,
+    pub algebra: &'a mut Algebra,
+    /// First state slot of each field and of each node history.
+    pub field_slots: Vec<u32>,
+    pub history_slots: Vec<u32>,
+    defs: HashMap<(u32, Reading), Value>,
+}
+
+/// Scalars that a shape has at a dimension when stored without repetition.
+pub fn stored_components(shape: Shape, dim: usize) -> usize {
+    match shape {
+        Shape::Scalar | Shape::Boolean => 1,
+        Shape::Vector => dim,
+        Shape::Symmetric => dim * (dim + 1) / 2,
+        Shape::Tensor => dim * dim,
+    }
+}
+
+/// `_x`, `_xy`, or nothing.
+pub fn component_name(shape: Shape, dim: usize, k: usize) -> String {
+    let axis = |a: usize| ["x", "y", "z"][a];
+    match shape {
+        Shape::Scalar | Shape::Boolean => String::new(),
+        Shape::Vector => format!("_{}", axis(k)),
+        Shape::Symmetric | Shape::Tensor => format!("_{}{}", axis(k / dim), axis(k % dim)),
+    }
+}
+
+impl<'a> Lowering<'a> {
+    pub fn new(law: &'a Law, dim: usize, algebra: &'a mut Algebra) -> Self {
+        let mut next = 0;
+        let mut take = |n: usize| {
+            next += n as u32;
+            next - n as u32
+        };
+        let field_slots = law
+            .fields
+            .iter()
+            .map(|f| take(stored_components(f.shape, dim)))
+            .collect();
+        let history_slots = law
+            .histories
+            .iter()
+            .map(|h| {
+                if h.home == Home::Node {
+                    take(stored_components(h.shape, dim))
+                } else {
+                    0
+                }
+            })
+            .collect();
+        Lowering {
+            law,
+            dim,
+            algebra,
+            field_slots,
+            history_slots,
+            defs: HashMap::new(),
+        }
+    }
+
+    fn full(&self, shape: Shape) -> usize {
+        match shape {
+            Shape::Scalar | Shape::Boolean => 1,
+            Shape::Vector => self.dim,
+            Shape::Symmetric | Shape::Tensor => self.dim * self.dim,
+        }
+    }
+
+    /// Index of a full component among the stored ones.
+    fn stored(&self, shape: Shape, k: usize) -> u32 {
+        if shape != Shape::Symmetric {
+            return k as u32;
+        }
+        let (r, c) = (k / self.dim, k % self.dim);
+        let (r, c) = (r.min(c), r.max(c));
+        (r * self.dim - r * (r + 1) / 2 + c) as u32
+    }
+
+    pub fn value(&mut self, id: ExprId, reading: Reading) -> Value {
+        let law = self.law;
+        let expr = &law.exprs[id.index()];
+        let n = self.full(expr.shape);
+        match &expr.kind {
+            ExprKind::Number(v) => vec![self.algebra.number(*v)],
+            ExprKind::Pi => vec![
+                self.algebra
+                    .poly(Atom::Number(std::f64::consts::PI.to_bits())),
+            ],
+            ExprKind::Dim => vec![Poly::int(self.dim as i64)],
+            ExprKind::Delta => vec![self.algebra.poly(Atom::Delta)],
+            ExprKind::Identity => self.identity(),
+            ExprKind::Var(k) => vec![self.algebra.poly(Atom::Var(*k))],
+            ExprKind::Param(p) => vec![self.algebra.poly(Atom::Param(p.0))],
+            ExprKind::Def(d) => self.definition(d.index(), reading),
+            ExprKind::Field(f) => self.slots(self.field_slots[f.index()], expr.shape, n),
+            ExprKind::History(h) => self.history(h.index(), expr.shape, n),
+            ExprKind::Influence(k) => vec![self.algebra.poly(Atom::Omega(k.0))],
+            ExprKind::Xi => self.axes(Atom::Xi),
+            ExprKind::Eta => self.axes(Atom::Eta),
+            ExprKind::Velocity => self.axes(|a| Atom::State(StateKind::Velocity, a as u32)),
+            ExprKind::Position => self.axes(|a| Atom::State(StateKind::Position, a as u32)),
+            ExprKind::Neg(a) => self.value(*a, reading).iter().map(Poly::neg).collect(),
+            ExprKind::Not(a) => {
+                let a = self.value(*a, reading);
+                vec![self.algebra.func(Func::Not, a)]
+            }
+            ExprKind::Binary(op, a, b) => self.binary(*op, *a, *b, reading),
+            ExprKind::Compare(op, a, b) => self.compare(*op, *a, *b, reading),
+            ExprKind::Call(f, args) => self.call(*f, args, reading),
+            ExprKind::Component(a, axes) => self.component(*a, axes, reading),
+            ExprKind::Reduce(r, family, body) => {
+                let body = self.value(*body, reading);
+                body.iter()
+                    .map(|b| self.reduce(*r, *family, b, reading))
+                    .collect()
+            }
+            ExprKind::Ball(body) => {
+                let body = self.value(*body, Reading::Split).remove(0);
+                vec![self.ball(&body)]
+            }
+            ExprKind::Prime(a) => {
+                let a = self.value(*a, reading);
+                a.iter().map(|p| self.algebra.prime(p)).collect()
+            }
+            ExprKind::Case(arms) => self.case(arms, reading),
+        }
+    }
+
+    fn identity(&self) -> Value {
+        (0..self.dim * self.dim)
+            .map(|k| Poly::int(i64::from(k / self.dim == k % self.dim)))
+            .collect()
+    }
+
+    fn axes(&mut self, atom: impl Fn(u8) -> Atom) -> Value {
+        (0..self.dim as u8)
+            .map(|a| self.algebra.poly(atom(a)))
+            .collect()
+    }
+
+    fn slots(&mut self, first: u32, shape: Shape, n: usize) -> Value {
+        (0..n)
+            .map(|k| {
+                let slot = first + self.stored(shape, k);
+                self.algebra.poly(Atom::State(StateKind::Slot, slot))
+            })
+            .collect()
+    }
+
+    fn history(&mut self, h: usize, shape: Shape, n: usize) -> Value {
+        if self.law.histories[h].home == Home::Node {
+            return self.slots(self.history_slots[h], shape, n);
+        }
+        let first = self.bond_history(h);
+        (0..n)
+            .map(|k| {
+                let index = first + self.stored(shape, k);
+                self.algebra.poly(Atom::History(index))
+            })
+            .collect()
+    }
+
+    /// First scalar of a bond history among all bond histories.
+    pub fn bond_history(&self, h: usize) -> u32 {
+        let before = &self.law.histories[..h];
+        let bonds = before.iter().filter(|p| p.home == Home::Bond);
+        bonds
+            .map(|p| stored_components(p.shape, self.dim) as u32)
+            .sum()
+    }
+
+    fn definition(&mut self, d: usize, reading: Reading) -> Value {
+        if let Some(v) = self.defs.get(&(d as u32, reading)) {
+            return v.clone();
+        }
+        let law = self.law;
+        let def = &law.defs[d];
+        let value = self.value(def.expr, reading);
+        let value: Value = value
+            .into_iter()
+            .enumerate()
+            .map(|(k, p)| {
+                let keep = match def.home {
+                    Home::Constant => p.0.len() > 1,
+                    _ => reading == Reading::Whole && p.0.len() > 1 && !def.span.prelude,
+                };
+                let name = format!("{}{}", def.name, component_name(def.shape, self.dim, k));
+                if keep {
+                    self.algebra.poly(Atom::Named(name, p))
+                } else {
+                    p
+                }
+            })
+            .collect();
+        self.defs.insert((d as u32, reading), value.clone());
+        value
+    }
+
+    fn case(&mut self, arms: &[ExprId; 5], reading: Reading) -> Value {
+        let mut polys = Vec::new();
+        for (flavour, arm) in Flavour::ALL.iter().zip(arms) {
+            let here = flavour.dim() == self.dim;
+            polys.push(if here {
+                Some(self.value(*arm, reading).remove(0))
+            } else {
+                None
+            });
+        }
+        let mut present = polys.iter().flatten();
+        let first = present.next().cloned().unwrap_or_default();
+        if present.all(|p| *p == first) {
+            return vec![first];
+        }
+        let arms = polys.into_iter().map(Option::unwrap_or_default).collect();
+        vec![self.algebra.poly(Atom::Case(arms))]
+    }
+
+    fn binary(&mut self, op: BinaryOp, a: ExprId, b: ExprId, reading: Reading) -> Value {
+        let (sa, sb) = (
+            self.law.exprs[a.index()].shape,
+            self.law.exprs[b.index()].shape,
+        );
+        let (u, v) = (self.value(a, reading), self.value(b, reading));
+        match op {
+            BinaryOp::Add => u.iter().zip(&v).map(|(p, q)| self.add(p, q)).collect(),
+            BinaryOp::Sub => u
+                .iter()
+                .zip(&v)
+                .map(|(p, q)| self.algebra.sub(p, q))
+                .collect(),
+            BinaryOp::Mul => self.product(sa, &u, sb, &v),
+            BinaryOp::Div => {
+                let r = self.algebra.recip(&v[0]);
+                u.iter().map(|p| self.algebra.mul(p, &r)).collect()
+            }
+            BinaryOp::Pow => vec![self.algebra.pow(&u[0], &v[0])],
+            BinaryOp::And => vec![
+                self.algebra
+                    .func(Func::And, vec![u[0].clone(), v[0].clone()]),
+            ],
+            BinaryOp::Or => vec![
+                self.algebra
+                    .func(Func::Or, vec![u[0].clone(), v[0].clone()]),
+            ],
+        }
+    }
+
+    /// xi + eta is kept as the one atom Y.
+    fn add(&mut self, p: &Poly, q: &Poly) -> Poly {
+        let sum = self.algebra.add(p, q);
+        for a in 0..self.dim as u8 {
+            let xi = self.algebra.poly(Atom::Xi(a));
+            let eta = self.algebra.poly(Atom::Eta(a));
+            if sum == self.algebra.add(&xi, &eta) {
+                return self.algebra.poly(Atom::Y(a));
+            }
+        }
+        sum
+    }
+
+    fn product(&mut self, sa: Shape, u: &[Poly], sb: Shape, v: &[Poly]) -> Value {
+        let tensor = |s| matches!(s, Shape::Tensor | Shape::Symmetric);
+        match (sa, sb) {
+            (Shape::Scalar, _) => v.iter().map(|q| self.algebra.mul(&u[0], q)).collect(),
+            (_, Shape::Scalar) => u.iter().map(|p| self.algebra.mul(p, &v[0])).collect(),
+            (_, Shape::Vector) => (0..self.dim).map(|r| self.row(u, r, v, 1, 0)).collect(),
+            _ if tensor(sa) && tensor(sb) => (0..self.dim * self.dim)
+                .map(|k| self.row(u, k / self.dim, v, self.dim, k % self.dim))
+                .collect(),
+            _ => Vec::new(),
+        }
+    }
+
+    /// Row r of u times column c of v, v having `width` columns.
+    fn row(&mut self, u: &[Poly], r: usize, v: &[Poly], width: usize, c: usize) -> Poly {
+        let mut sum = Poly::zero();
+        for k in 0..self.dim {
+            let t = self.algebra.mul(&u[r * self.dim + k], &v[k * width + c]);
+            sum = self.algebra.add(&sum, &t);
+        }
+        sum
+    }
+
+    fn compare(&mut self, op: CompareOp, a: ExprId, b: ExprId, reading: Reading) -> Value {
+        let (a, b) = (
+            self.value(a, reading).remove(0),
+            self.value(b, reading).remove(0),
+        );
+        let (f, args) = match op {
+            CompareOp::Lt => (Func::Lt, vec![a, b]),
+            CompareOp::Le => (Func::Le, vec![a, b]),
+            CompareOp::Gt => (Func::Lt, vec![b, a]),
+            CompareOp::Ge => (Func::Le, vec![b, a]),
+        };
+        vec![self.algebra.func(f, args)]
+    }
+
+    fn component(&mut self, a: ExprId, axes: &[u8], reading: Reading) -> Value {
+        let v = self.value(a, reading);
+        let k = axes.iter().fold(0, |k, a| k * self.dim + *a as usize);
+        let inside = axes.iter().all(|a| (*a as usize) < self.dim);
+        // A component that the scene's dimension does not have is 0: no displacement, no strain there.
+        vec![if inside { v[k].clone() } else { Poly::zero() }]
+    }
+
+    fn call(&mut self, f: Builtin, args: &[ExprId], reading: Reading) -> Value {
+        let v: Vec<Value> = args.iter().map(|a| self.value(*a, reading)).collect();
+        let scalars = || v.iter().map(|v| v[0].clone()).collect::<Vec<_>>();
+        let simple = |s: &mut Self, f| vec![s.algebra.func(f, scalars())];
+        match f {
+            Builtin::Norm => vec![self.norm(&v[0])],
+            Builtin::Dot => vec![self.dot(&v[0], &v[1])],
+            Builtin::Outer => self.outer(&v[0], &v[1]),
+            Builtin::Trace => vec![self.trace(&v[0])],
+            Builtin::Transpose => self.transpose(&v[0]),
+            Builtin::Sym => self.sym(&v[0]),
+            Builtin::Dev => self.dev(&v[0]),
+            Builtin::Det => vec![self.det(&v[0])],
+            Builtin::Inverse => self.inverse(&v[0]),
+            Builtin::Sqrt => vec![self.algebra.sqrt(&v[0][0])],
+            Builtin::Abs => simple(self, Func::Abs),
+            Builtin::Exp => simple(self, Func::Exp),
+            Builtin::Ln => simple(self, Func::Ln),
+            Builtin::Sin => simple(self, Func::Sin),
+            Builtin::Cos => simple(self, Func::Cos),
+            Builtin::Tan => simple(self, Func::Tan),
+            Builtin::Min => simple(self, Func::Min),
+            Builtin::Max => simple(self, Func::Max),
+            Builtin::Select => simple(self, Func::Select),
+        }
+    }
+
+    fn dot(&mut self, u: &[Poly], v: &[Poly]) -> Poly {
+        let mut all_xi = true;
+        let mut all_y = true;
+        for a in 0..self.dim {
+            let xi = self.algebra.poly(Atom::Xi(a as u8));
+            let y = self.algebra.poly(Atom::Y(a as u8));
+            all_xi &= u[a] == xi && v[a] == xi;
+            all_y &= u[a] == y && v[a] == y;
+        }
+        if all_xi {
+            let x = self.algebra.intern(Atom::X);
+            return Poly::power(x, 2);
+        }
+        if all_y {
+            let y = self.algebra.deformed_length();
+            return self.algebra.powi(&y, 2);
+        }
+        let mut sum = Poly::zero();
+        for (p, q) in u.iter().zip(v) {
+            let t = self.algebra.mul(p, q);
+            sum = self.algebra.add(&sum, &t);
+        }
+        sum
+    }
+
+    fn norm(&mut self, v: &[Poly]) -> Poly {
+        let squared = self.dot(v, v);
+        self.algebra.sqrt(&squared)
+    }
+
+    fn outer(&mut self, u: &[Poly], v: &[Poly]) -> Value {
+        (0..self.dim * self.dim)
+            .map(|k| self.algebra.mul(&u[k / self.dim], &v[k % self.dim]))
+            .collect()
+    }
+
+    fn trace(&mut self, t: &[Poly]) -> Poly {
+        (0..self.dim).fold(Poly::zero(), |s, a| {
+            self.algebra.add(&s, &t[a * self.dim + a])
+        })
+    }
+
+    fn transpose(&self, t: &[Poly]) -> Value {
+        (0..self.dim * self.dim)
+            .map(|k| t[(k % self.dim) * self.dim + k / self.dim].clone())
+            .collect()
+    }
+
+    fn sym(&mut self, t: &[Poly]) -> Value {
+        let half = Ratio::from_f64(0.5).unwrap_or(Ratio::ONE);
+        let transposed = self.transpose(t);
+        let sums: Vec<Poly> = t
+            .iter()
+            .zip(&transposed)
+            .map(|(p, q)| self.algebra.add(p, q))
+            .collect();
+        sums.iter().map(|p| self.algebra.scale(p, half)).collect()
+    }
+
+    fn dev(&mut self, t: &[Poly]) -> Value {
+        let third = Ratio::ONE
+            .div(Ratio::int(self.dim as i64))
+            .unwrap_or(Ratio::ONE);
+        let trace = self.trace(t);
+        let mean = self.algebra.scale(&trace, third);
+        let eye = self.identity();
+        (0..t.len())
+            .map(|k| {
+                if eye[k].is_zero() {
+                    t[k].clone()
+                } else {
+                    self.algebra.sub(&t[k], &mean)
+                }
+            })
+            .collect()
+    }
+
+    fn minor(&mut self, t: &[Poly], r: usize, c: usize) -> Poly {
+        let d = self.dim;
+        let pick = |r: usize, c: usize| t[(r % d) * d + c % d].clone();
+        match d {
+            1 => Poly::int(1),
+            2 => {
+                let m = pick(r + 1, c + 1);
+                if (r + c) % 2 == 0 { m } else { m.neg() }
+            }
+            // Cyclic indices carry the sign in three dimensions.
+            _ => {
+                let p = self.algebra.mul(&pick(r + 1, c + 1), &pick(r + 2, c + 2));
+                let q = self.algebra.mul(&pick(r + 1, c + 2), &pick(r + 2, c + 1));
+                self.algebra.sub(&p, &q)
+            }
+        }
+    }
+
+    fn det(&mut self, t: &[Poly]) -> Poly {
+        let mut sum = Poly::zero();
+        for c in 0..self.dim {
+            let m = self.minor(t, 0, c);
+            let p = self.algebra.mul(&t[c], &m);
+            sum = self.algebra.add(&sum, &p);
+        }
+        sum
+    }
+
+    fn inverse(&mut self, t: &[Poly]) -> Value {
+        let det = self.det(t);
+        let r = self.algebra.recip(&det);
+        (0..t.len())
+            .map(|k| {
+                let m = self.minor(t, k % self.dim, k / self.dim);
+                self.algebra.mul(&m, &r)
+            })
+            .collect()
+    }
+
+    /// A reduction of a bond polynomial; node factors come out of single terms, and of every term when split.
+    pub fn reduce(
+        &mut self,
+        r: Reduction,
+        family: FamilyId,
+        body: &Poly,
+        reading: Reading,
+    ) -> Poly {
+        if body.is_zero() {
+            return Poly::zero();
+        }
+        if reading == Reading::Whole && body.0.len() > 1 {
+            return self.algebra.poly(Atom::Sum(r, family, body.clone()));
+        }
+        let mut out = Collector::default();
+        for (m, c) in &body.0 {
+            let (node, bond) = self.algebra.split_homes(m);
+            let sum = self
+                .algebra
+                .intern(Atom::Sum(r, family, Poly(vec![(bond, Ratio::ONE)])));
+            out.term(node.mul(&Monomial(vec![(sum, 1)])), *c);
+        }
+        out.finish(self.algebra)
+    }
+
+    fn ball(&mut self, body: &Poly) -> Poly {
+        let mut out = Collector::default();
+        for (m, c) in &body.0 {
+            let (constant, bond) = self.algebra.split_homes(m);
+            let ball = self
+                .algebra
+                .intern(Atom::Ball(Poly(vec![(bond, Ratio::ONE)])));
+            out.term(constant.mul(&Monomial(vec![(ball, 1)])), *c);
+        }
+        out.finish(self.algebra)
+    }
+}
+
+impl Algebra {
+    /// Splits a monomial into what does not depend on the bond and what does.
+    pub fn split_homes(&self, m: &Monomial) -> (Monomial, Monomial) {
+        let (bond, node) =
+            m.0.iter()
+                .partition(|(a, _)| self.nature(*a).home == Home::Bond);
+        (Monomial(node), Monomial(bond))
+    }
+}

@@ -1,0 +1,232 @@
+//! Spec -> Rust: the bodies of the sweeps as straight-line code, and the spec itself as text.
+//!
+//! Contract. The code names only the runtime's interface file. A sweep becomes a unit struct with three
+//! functions; registers keep their tape numbers, so that `emit` and the generated code can be read side by
+//! side. What is not in a hot loop (reference quantities, tangent, update) stays in the spec.
+
+use proc_macro2::{Ident, Span, TokenStream};
+use quote::{format_ident, quote};
+
+use crate::spec::{Spec, Stage, SweepSpec};
+use crate::tape::{Op, Tape};
+
+/// Stages whose sweeps are compiled; the others run from their tapes.
+pub fn is_compiled(stage: Stage) -> bool {
+    matches!(stage, Stage::Family | Stage::Step | Stage::Energy)
+}
+
+/// A module named after the law, with `LAW`.
+pub fn module(specs: &[Spec]) -> TokenStream {
+    let Some(first) = specs.first() else {
+        return TokenStream::new();
+    };
+    let name = Ident::new(&first.law, Span::call_site());
+    let title = &first.title;
+    let law = &first.law;
+    let dims = specs.iter().map(dimension);
+    let kernels = specs.iter().map(|s| {
+        let module = format_ident!("d{}", s.dim);
+        quote!(#module::KERNEL)
+    });
+    quote! {
+        #[doc = #title]
+        #[allow(unused_variables, clippy::all)]
+        pub mod #name {
+            #(#dims)*
+            pub static LAW: ::pdlang_runtime::kernel::CompiledLaw =
+                ::pdlang_runtime::kernel::CompiledLaw { name: #law, kernels: &[#(#kernels),*] };
+        }
+    }
+}
+
+fn dimension(spec: &Spec) -> TokenStream {
+    let module = format_ident!("d{}", spec.dim);
+    let json = spec.json();
+    let dim = spec.dim;
+    let compiled: Vec<(usize, &SweepSpec)> = spec
+        .sweeps
+        .iter()
+        .enumerate()
+        .filter(|(_, s)| is_compiled(s.stage))
+        .collect();
+    let sweeps = compiled.iter().map(|(k, s)| sweep(*k, s, dim));
+    let entries = compiled.iter().map(|(k, s)| {
+        let name = type_name(*k, s);
+        quote!((#k, ::pdlang_runtime::sweep_entries!(#name, #dim)))
+    });
+    quote! {
+        pub mod #module {
+            use ::pdlang_runtime::kernel::{Bond, Lane, Node, Sweep};
+            #(#sweeps)*
+            pub const KERNEL: ::pdlang_runtime::kernel::CompiledKernel =
+                ::pdlang_runtime::kernel::CompiledKernel { dim: #dim, spec: #json, sweeps: &[#(#entries),*] };
+        }
+    }
+}
+
+fn type_name(k: usize, s: &SweepSpec) -> Ident {
+    let mut name = String::from("Sweep");
+    name.push_str(&k.to_string());
+    for word in s
+        .name
+        .split(|c: char| !c.is_ascii_alphanumeric())
+        .filter(|w| !w.is_empty())
+    {
+        let (head, tail) = word.split_at(1);
+        name.push_str(&head.to_uppercase());
+        name.push_str(tail);
+    }
+    Ident::new(&name, Span::call_site())
+}
+
+fn sweep(k: usize, s: &SweepSpec, dim: usize) -> TokenStream {
+    let name = type_name(k, s);
+    let doc = format!("`{}`: {:?} stage.", s.name, s.stage);
+    let (pres, accs) = (s.pre.outs.len(), s.accumulators as usize);
+    let pre = statements(&s.pre);
+    let bond = statements(&s.bond);
+    let post = statements(&s.post);
+    let handed: Vec<Ident> = s.pre.outs.iter().map(|r| register(*r)).collect();
+    let stores = s.post.outs.iter().enumerate().map(|(k, r)| {
+        let r = register(*r);
+        quote!(node.out(#k, #r);)
+    });
+    quote! {
+        #[doc = #doc]
+        #[derive(Clone, Copy)]
+        pub struct #name;
+        impl Sweep<#dim> for #name {
+            type Pre<L: Lane> = [L; #pres];
+            type Acc<L: Lane> = [L; #accs];
+            #[inline(always)]
+            fn zero<L: Lane>(&self) -> [L; #accs] {
+                [L::splat(0.0); #accs]
+            }
+            #[inline(always)]
+            fn pre<L: Lane, N: Node<L>>(&self, node: &N) -> [L; #pres] {
+                #pre
+                [#(#handed),*]
+            }
+            #[inline(always)]
+            fn bond<L: Lane, B: Bond<L, #dim>>(&self, pre: &[L; #pres], bond: &mut B, acc: &mut [L; #accs]) {
+                #bond
+            }
+            #[inline(always)]
+            fn post<L: Lane, N: Node<L>>(&self, pre: &[L; #pres], acc: &[L; #accs], node: &mut N) {
+                #post
+                #(#stores)*
+            }
+        }
+    }
+}
+
+fn register(r: u32) -> Ident {
+    format_ident!("r{}", r)
+}
+
+fn statements(tape: &Tape) -> TokenStream {
+    let lines = tape
+        .ops
+        .iter()
+        .enumerate()
+        .map(|(k, op)| statement(k as u32, op));
+    quote!(#(#lines)*)
+}
+
+fn statement(k: u32, op: &Op) -> TokenStream {
+    let effect = match op {
+        Op::Kill(m) => {
+            let m = register(*m);
+            Some(quote!(bond.kill(#m);))
+        }
+        Op::AddTo(acc, a, b) => {
+            let (acc, a, b) = (*acc as usize, register(*a), register(*b));
+            Some(quote!(bond.add(&mut acc[#acc], #a, #b);))
+        }
+        Op::PutHistory(h, v) => {
+            let (h, v) = (*h as usize, register(*v));
+            Some(quote!(bond.put_history(#h, #v);))
+        }
+        _ => None,
+    };
+    effect.unwrap_or_else(|| {
+        let r = register(k);
+        let value = value(op);
+        quote!(let #r = #value;)
+    })
+}
+
+fn value(op: &Op) -> TokenStream {
+    let call = |f: &str, args: &[u32]| {
+        let f = Ident::new(f, Span::call_site());
+        let args = args.iter().map(|r| register(*r));
+        quote!(L::#f(#(#args),*))
+    };
+    let read = |object: &str, f: &str, k: usize| {
+        let (object, f) = (
+            Ident::new(object, Span::call_site()),
+            Ident::new(f, Span::call_site()),
+        );
+        quote!(#object.#f(#k))
+    };
+    match op {
+        Op::Lit(v) => quote!(L::splat(#v)),
+        Op::Inf => quote!(L::splat(f64::INFINITY)),
+        Op::Const(k) => read("node", "constant", *k as usize),
+        Op::Own(k) => read("node", "own", *k as usize),
+        Op::Pre(k) => {
+            let k = *k as usize;
+            quote!(pre[#k])
+        }
+        Op::Acc(k) => {
+            let k = *k as usize;
+            quote!(acc[#k])
+        }
+        Op::Nbr(k) => read("bond", "nbr", *k as usize),
+        Op::Geo(k) => read("bond", "geo", *k as usize),
+        Op::History(k) => read("bond", "history", *k as usize),
+        Op::Reverse(k) => read("bond", "reverse", *k as usize),
+        Op::Xi(a) => read("bond", "xi", *a as usize),
+        Op::Eta(a) => read("bond", "eta", *a as usize),
+        Op::Ix => quote!(bond.ix()),
+        Op::Add(a, b) => call("add", &[*a, *b]),
+        Op::Sub(a, b) => call("sub", &[*a, *b]),
+        Op::Mul(a, b) => call("mul", &[*a, *b]),
+        Op::Div(a, b) => call("div", &[*a, *b]),
+        Op::Fma(a, b, c) => call("fma", &[*a, *b, *c]),
+        Op::Neg(a) => call("neg", &[*a]),
+        Op::Abs(a) => call("abs", &[*a]),
+        Op::Min(a, b) => call("min", &[*a, *b]),
+        Op::Max(a, b) => call("max", &[*a, *b]),
+        Op::Sqrt(a) => call("sqrt", &[*a]),
+        Op::Rsqrt(a) => call("rsqrt", &[*a]),
+        Op::Exp(a) => call("exp", &[*a]),
+        Op::Ln(a) => call("ln", &[*a]),
+        Op::Sin(a) => call("sin", &[*a]),
+        Op::Cos(a) => call("cos", &[*a]),
+        Op::Tan(a) => call("tan", &[*a]),
+        Op::Pow(a, b) => call("pow", &[*a, *b]),
+        Op::Powi(a, n) => {
+            let a = register(*a);
+            quote!(L::powi(#a, #n))
+        }
+        Op::Lt(a, b) => call("lt", &[*a, *b]),
+        Op::Le(a, b) => call("le", &[*a, *b]),
+        Op::And(a, b) => call("and", &[*a, *b]),
+        Op::Or(a, b) => call("or", &[*a, *b]),
+        Op::Not(a) => call("not", &[*a]),
+        Op::Select(m, a, b) => call("select", &[*m, *a, *b]),
+        // Setup tapes only; never in a sweep.
+        Op::Param(_)
+        | Op::Var(_)
+        | Op::Delta
+        | Op::X
+        | Op::Omega(_)
+        | Op::Weight
+        | Op::Case(_)
+        | Op::Ball(_) => {
+            quote!(L::splat(0.0))
+        }
+        Op::Kill(_) | Op::AddTo(..) | Op::PutHistory(..) => quote!(L::splat(0.0)),
+    }
+}

@@ -1,0 +1,394 @@
+//! When everything is computed: polynomials -> sweeps over bonds.
+//!
+//! Contract. Input: the responses of a law as polynomials. Output: node slots, and sweeps in the order in
+//! which they run. A node quantity is stored once, by the first sweep after which all its reductions are
+//! known. A reduction runs at the earliest stage that its body allows, but nothing is brought forward that
+//! no force, rate or break asks for: what only the energy needs waits for the energy. Reductions of one
+//! time, family and kind share a sweep.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::ir::{FamilyId, Reduction};
+use crate::poly::{Algebra, Atom, AtomId, Poly, Rate, StateKind};
+use crate::spec::{SlotKind, SlotSpec, Stage};
+
+/// Stage, and position within it; level 0 is before its first sweep.
+pub type Time = (Stage, u32);
+
+/// What the law answers, ready to be scheduled.
+#[derive(Default)]
+pub struct Responses {
+    /// Components of the force density.
+    pub force: Vec<Poly>,
+    /// (state slot of the field component, its rate).
+    pub rates: Vec<(u32, Poly)>,
+    pub breaks: Vec<(FamilyId, Poly)>,
+    pub energy: Option<Poly>,
+    pub tangent: Vec<Poly>,
+    /// Named node quantities, component by component.
+    pub named: Vec<(String, Vec<Poly>)>,
+    /// (family, scalar bond history, next value).
+    pub bond_updates: Vec<(FamilyId, u32, Poly)>,
+    /// (state slot, next value).
+    pub node_updates: Vec<(u32, Poly)>,
+}
+
+/// A sum over bonds together with others of its time, or a pass over nodes (no family).
+#[derive(Clone, Debug, Default)]
+pub struct Draft {
+    pub sums: Vec<AtomId>,
+    /// Stored quantities that this sweep's epilogue writes.
+    pub writes: Vec<Poly>,
+    /// Conditions under which bonds break, tested first.
+    pub kills: Vec<Poly>,
+    pub updates: Vec<(u32, Poly)>,
+}
+
+/// Where a sweep stands in the order; no family: nodes only.
+pub type Key = (Time, Option<(FamilyId, Reduction)>);
+
+pub struct Quantity {
+    pub time: Time,
+    pub slot: u32,
+}
+
+pub struct Schedule {
+    pub slots: Vec<SlotSpec>,
+    pub drafts: BTreeMap<Key, Draft>,
+    quantities: BTreeMap<(Poly, Stage), Quantity>,
+    sums: BTreeMap<(AtomId, Stage), Time>,
+    state: BTreeMap<AtomId, u32>,
+    dim: usize,
+}
+
+/// Values of a stage after the forces are not there for another such stage.
+fn class(stage: Stage) -> Stage {
+    stage.max(Stage::Step)
+}
+
+impl Schedule {
+    /// `state_slots` are the names of field and node-history components.
+    pub fn new(dim: usize, state_slots: Vec<String>) -> Schedule {
+        let slots = state_slots
+            .into_iter()
+            .map(|name| SlotSpec {
+                name,
+                kind: SlotKind::State,
+            })
+            .collect();
+        Schedule {
+            slots,
+            drafts: BTreeMap::new(),
+            quantities: BTreeMap::new(),
+            sums: BTreeMap::new(),
+            state: BTreeMap::new(),
+            dim,
+        }
+    }
+
+    pub fn build(&mut self, algebra: &mut Algebra, r: &Responses) {
+        let step = Stage::Step;
+        for p in r.force.iter().chain(r.rates.iter().map(|(_, p)| p)) {
+            self.store(algebra, p, step);
+        }
+        let breaks: Vec<Time> = r
+            .breaks
+            .iter()
+            .map(|(_, p)| self.bond_time(algebra, p, step))
+            .collect();
+        if let Some(p) = &r.energy {
+            self.store(algebra, p, Stage::Energy);
+        }
+        for p in r.named.iter().flat_map(|(_, ps)| ps) {
+            self.store(algebra, p, Stage::Energy);
+        }
+        for p in &r.tangent {
+            self.store(algebra, p, Stage::Tangent);
+        }
+        let updates = Stage::Update;
+        let mut bond_updates = Vec::new();
+        for (family, history, p) in &r.bond_updates {
+            let time = self.bond_time(algebra, p, updates);
+            bond_updates.push((next_level(time, updates), *family, *history, p));
+        }
+        for (_, p) in &r.node_updates {
+            self.store(algebra, p, updates);
+        }
+        for (id, time) in self
+            .sums
+            .iter()
+            .map(|((id, _), t)| (*id, *t))
+            .collect::<Vec<_>>()
+        {
+            let Atom::Sum(reduction, family, _) = algebra.atom(id) else {
+                continue;
+            };
+            self.drafts
+                .entry((time, Some((*family, *reduction))))
+                .or_default()
+                .sums
+                .push(id);
+        }
+        for ((family, p), time) in r.breaks.iter().zip(breaks) {
+            self.place_break(*family, p, time);
+        }
+        for (time, family, history, p) in bond_updates {
+            let key = (time, Some((family, Reduction::Sum)));
+            self.drafts
+                .entry(key)
+                .or_default()
+                .updates
+                .push((history, p.clone()));
+        }
+        self.place_quantities(algebra);
+    }
+
+    /// The first sweep of the step over the family's intact bonds, or one of its own before it.
+    fn place_break(&mut self, family: FamilyId, p: &Poly, ready: Time) {
+        let earliest = next_level(ready, Stage::Step);
+        let over = Some((family, Reduction::Sum));
+        let first = self
+            .drafts
+            .keys()
+            .find(|((s, _), _)| *s == Stage::Step)
+            .copied();
+        let key = match first {
+            Some((time, f)) if f == over && time >= earliest => (time, over),
+            _ => (earliest, over),
+        };
+        self.drafts.entry(key).or_default().kills.push(p.clone());
+    }
+
+    /// Every stored quantity goes to the last sweep that it needs; sums of other sweeps are then stored too.
+    fn place_quantities(&mut self, algebra: &mut Algebra) {
+        let mut queue: Vec<(Poly, Stage)> = self.quantities.keys().cloned().collect();
+        while let Some((p, class)) = queue.pop() {
+            let time = self.quantities[&(p.clone(), class)].time;
+            let mut needed = BTreeSet::new();
+            closure(algebra, &p, &mut needed);
+            let home = self.last_sweep(algebra, &needed, class, time);
+            for sum in needed {
+                let elsewhere = self.sweep_of(algebra, sum, class) != Some(home);
+                let key = (Poly::atom(sum), class);
+                if elsewhere && self.find(&key.0, class).is_none() {
+                    let time = self.sum_time(algebra, sum, class);
+                    let slot = self.new_slot(algebra, &key.0, time.0);
+                    let key = (key.0, self.class_of(time, class));
+                    self.quantities.insert(key.clone(), Quantity { time, slot });
+                    queue.push(key);
+                }
+            }
+            self.drafts.entry(home).or_default().writes.push(p);
+        }
+        for draft in self.drafts.values_mut() {
+            draft.writes.sort();
+            draft.writes.dedup();
+        }
+    }
+
+    fn last_sweep(
+        &self,
+        algebra: &Algebra,
+        sums: &BTreeSet<AtomId>,
+        class: Stage,
+        time: Time,
+    ) -> Key {
+        let keys = sums
+            .iter()
+            .filter_map(|s| self.sweep_of(algebra, *s, class));
+        match keys.max() {
+            Some(key) if key.0 == time => key,
+            _ => (time, None),
+        }
+    }
+
+    fn sweep_of(&self, algebra: &Algebra, sum: AtomId, class: Stage) -> Option<Key> {
+        let Atom::Sum(reduction, family, _) = algebra.atom(sum) else {
+            return None;
+        };
+        let time = self
+            .sums
+            .get(&(sum, Stage::Step))
+            .or_else(|| self.sums.get(&(sum, class)))?;
+        Some((*time, Some((*family, *reduction))))
+    }
+
+    fn class_of(&self, time: Time, context: Stage) -> Stage {
+        if time.0 <= Stage::Step {
+            Stage::Step
+        } else {
+            class(context)
+        }
+    }
+
+    /// The stored quantity as a sweep of the given stage sees it.
+    pub fn find(&self, p: &Poly, context: Stage) -> Option<&Quantity> {
+        let main = self.quantities.get(&(p.clone(), Stage::Step));
+        main.or_else(|| self.quantities.get(&(p.clone(), class(context))))
+    }
+
+    /// Registers a node polynomial that must be in a slot, and says when it is there.
+    pub fn store(&mut self, algebra: &mut Algebra, p: &Poly, context: Stage) -> Time {
+        if let Some(q) = self.find(p, context) {
+            return q.time;
+        }
+        let mut time = self.node_time(algebra, p, context);
+        if context == Stage::Update && time.0 < Stage::Update {
+            // A next value must not be written before the step is accepted.
+            let context = Stage::Update;
+            let slot = self.new_slot(algebra, p, context);
+            time = (context, 0);
+            self.quantities
+                .insert((p.clone(), context), Quantity { time, slot });
+            return time;
+        }
+        let slot = self.new_slot(algebra, p, time.0);
+        let key = (p.clone(), self.class_of(time, context));
+        self.quantities.insert(key, Quantity { time, slot });
+        time
+    }
+
+    fn new_slot(&mut self, algebra: &Algebra, p: &Poly, stage: Stage) -> u32 {
+        let name = match p.as_atom().map(|a| algebra.atom(a)) {
+            Some(Atom::Named(name, _)) => name.clone(),
+            _ => format!("q{}", self.slots.len()),
+        };
+        self.slots.push(SlotSpec {
+            name,
+            kind: SlotKind::Computed(stage),
+        });
+        self.slots.len() as u32 - 1
+    }
+
+    pub fn rename(&mut self, slot: u32, name: String) {
+        self.slots[slot as usize].name = name;
+    }
+
+    fn node_time(&mut self, algebra: &mut Algebra, p: &Poly, context: Stage) -> Time {
+        let mut time = (Stage::Reference, 0);
+        for id in atoms(p) {
+            let t = match algebra.atom(id).clone() {
+                Atom::Sum(..) => self.sum_time(algebra, id, context),
+                Atom::State(StateKind::Position, _) => (Stage::Reference, 0),
+                Atom::State(..) => (class(context), 0),
+                Atom::Named(_, inner) if algebra.nature(id).sums => self
+                    .store(algebra, &Poly::atom(id), context)
+                    .max(self.node_time(algebra, &inner, context)),
+                Atom::Named(_, inner) => self.node_time(algebra, &inner, context),
+                Atom::Func(_, args) => self.latest(algebra, &args, context),
+                _ => (Stage::Reference, 0),
+            };
+            time = time.max(t);
+        }
+        time
+    }
+
+    fn latest(&mut self, algebra: &mut Algebra, ps: &[Poly], context: Stage) -> Time {
+        let times: Vec<Time> = ps
+            .iter()
+            .map(|p| self.node_time(algebra, p, context))
+            .collect();
+        times.into_iter().max().unwrap_or((Stage::Reference, 0))
+    }
+
+    fn sum_time(&mut self, algebra: &mut Algebra, id: AtomId, context: Stage) -> Time {
+        for c in [Stage::Step, class(context)] {
+            if let Some(t) = self.sums.get(&(id, c)) {
+                return *t;
+            }
+        }
+        let Atom::Sum(_, _, body) = algebra.atom(id).clone() else {
+            return (Stage::Reference, 0);
+        };
+        let stage = match algebra.nature(id).rate {
+            Rate::Reference => Stage::Reference,
+            Rate::Family => Stage::Family,
+            Rate::Step => class(context),
+            Rate::Tangent => Stage::Tangent,
+        };
+        let weight = algebra.poly(Atom::Weight);
+        let weighted = algebra.mul(&weight, &body);
+        let ready = self.bond_time(algebra, &weighted, context);
+        let time = next_level(ready, stage.max(ready.0));
+        self.sums.insert((id, self.class_of(time, context)), time);
+        time
+    }
+
+    /// Registers the node quantities that a bond polynomial reads, and says when they are all there.
+    fn bond_time(&mut self, algebra: &mut Algebra, p: &Poly, context: Stage) -> Time {
+        let mut time = (Stage::Reference, 0);
+        for term in algebra.plan(p) {
+            for q in [&term.own, &term.nbr].into_iter().flatten() {
+                time = time.max(self.store(algebra, q, context));
+            }
+            for (id, _) in &term.step.0 {
+                let inner = match algebra.atom(*id).clone() {
+                    Atom::Named(_, p) => vec![p],
+                    Atom::Func(_, args) => args,
+                    Atom::Prime(a) => match algebra.atom(a).clone() {
+                        Atom::Named(_, p) => vec![algebra.prime(&p)],
+                        _ => continue,
+                    },
+                    _ => continue,
+                };
+                for p in &inner {
+                    time = time.max(self.bond_time(algebra, p, context));
+                }
+            }
+        }
+        time
+    }
+
+    /// Slot of a state atom (field, history, velocity, position) or of an increment component.
+    pub fn state_slot(&mut self, algebra: &mut Algebra, id: AtomId) -> u32 {
+        let (name, kind) = match algebra.atom(id) {
+            Atom::State(StateKind::Slot, k) => return *k,
+            Atom::State(StateKind::Velocity, a) => ("v", SlotKind::Velocity(*a as u8)),
+            Atom::State(StateKind::Position, a) => ("X", SlotKind::Position(*a as u8)),
+            Atom::DEta(a) => ("du", SlotKind::Increment(*a)),
+            _ => return 0,
+        };
+        if let Some(slot) = self.state.get(&id) {
+            return *slot;
+        }
+        self.slots.push(SlotSpec {
+            name: name.into(),
+            kind,
+        });
+        let slot = self.slots.len() as u32 - 1;
+        self.state.insert(id, slot);
+        slot
+    }
+
+    pub fn dim(&self) -> usize {
+        self.dim
+    }
+}
+
+fn next_level(ready: Time, stage: Stage) -> Time {
+    if ready.0 == stage {
+        (stage, ready.1 + 1)
+    } else {
+        (stage, 1)
+    }
+}
+
+fn atoms(p: &Poly) -> BTreeSet<AtomId> {
+    p.0.iter()
+        .flat_map(|(m, _)| m.0.iter().map(|(a, _)| *a))
+        .collect()
+}
+
+/// Reductions that must be known before a node polynomial can be formed.
+pub fn closure(algebra: &Algebra, p: &Poly, out: &mut BTreeSet<AtomId>) {
+    for id in atoms(p) {
+        match algebra.atom(id) {
+            Atom::Sum(..) => {
+                out.insert(id);
+            }
+            Atom::Named(_, inner) => closure(algebra, inner, out),
+            Atom::Func(_, args) => args.iter().for_each(|p| closure(algebra, p, out)),
+            _ => {}
+        }
+    }
+}

@@ -1,0 +1,130 @@
+//! The law as data, as the runtime reads it: field by field the contract of the runtime's `spec` module.
+
+use serde::Serialize;
+
+use crate::tape::Tape;
+
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Spec {
+    pub law: String,
+    pub title: String,
+    pub cites: Vec<String>,
+    pub dim: usize,
+    pub params: Vec<ParamSpec>,
+    pub influences: Vec<InfluenceSpec>,
+    pub families: Vec<FamilySpec>,
+    pub fields: Vec<FieldSpec>,
+    pub histories: Vec<HistorySpec>,
+    pub slots: Vec<SlotSpec>,
+    pub constants: Tape,
+    pub sweeps: Vec<SweepSpec>,
+    pub force: Vec<u32>,
+    pub tangent: Vec<u32>,
+    pub energy: Option<u32>,
+    pub rates: Vec<(u32, u32)>,
+    pub breaks: bool,
+    pub pairwise: bool,
+    pub named: Vec<(String, Vec<u32>)>,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ParamSpec {
+    pub name: String,
+    pub doc: String,
+    pub unit: String,
+    pub exponents: [i16; 7],
+    pub lower: Option<(f64, bool)>,
+    pub upper: Option<(f64, bool)>,
+    pub default: Option<Number>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub enum Number {
+    Finite(f64),
+    Infinite,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct InfluenceFn {
+    pub name: String,
+    pub params: Vec<ParamSpec>,
+    pub body: Tape,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct InfluenceSpec {
+    pub name: String,
+    pub default: Option<InfluenceFn>,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FamilySpec {
+    pub name: String,
+    pub filter: Option<Tape>,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FieldSpec {
+    pub name: String,
+    pub slots: Vec<u32>,
+    pub exponents: [i16; 7],
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct HistorySpec {
+    pub name: String,
+    pub bond: bool,
+    pub family: u32,
+    pub initial: f64,
+    pub slot: Option<(u32, u32)>,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SlotSpec {
+    pub name: String,
+    pub kind: SlotKind,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub enum SlotKind {
+    Velocity(u8),
+    Position(u8),
+    Increment(u8),
+    State,
+    Computed(Stage),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+pub enum Stage {
+    Reference,
+    Family,
+    Step,
+    Energy,
+    Tangent,
+    Update,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SweepSpec {
+    pub name: String,
+    pub stage: Stage,
+    pub family: u32,
+    pub reference: bool,
+    pub kills: bool,
+    pub own: Vec<u32>,
+    pub nbr: Vec<u32>,
+    pub out: Vec<u32>,
+    pub history: Vec<u32>,
+    pub geometry: Tape,
+    pub pre: Tape,
+    pub bond: Tape,
+    pub accumulators: u32,
+    pub post: Tape,
+}
+
+impl Spec {
+    pub fn json(&self) -> String {
+        // Only non-finite numbers could fail, and those are written as variants.
+        serde_json::to_string(self).unwrap_or_default()
+    }
+}

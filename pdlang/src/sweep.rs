@@ -1,0 +1,567 @@
+//! One scheduled sweep -> its tapes.
+//!
+//! Contract. The prologue tape reads node slots and constants and hands values on; the bond tape starts
+//! with the break test, then adds to accumulators; the epilogue forms the node quantities. A vector sum
+//! along Y is recognised: its scalar factor is formed once and multiplied into Y.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::constants::Constants;
+use crate::ir::{Home, Reduction};
+use crate::plan::Term;
+use crate::poly::{Algebra, Atom, AtomId, Func, Monomial, Poly, StateKind};
+use crate::ratio::Ratio;
+use crate::schedule::{Draft, Key, Schedule, closure};
+use crate::spec::{Stage, SweepSpec};
+use crate::tape::{Builder, Op, Product, horner};
+
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Factor {
+    Own(Poly),
+    Nbr(Poly),
+    InverseLength,
+    Length,
+    Atom(AtomId),
+    Inverse(AtomId),
+    Constant(Poly),
+}
+
+pub struct SweepWriter<'a> {
+    algebra: &'a mut Algebra,
+    schedule: &'a mut Schedule,
+    constants: &'a mut Constants,
+    stage: Stage,
+    own: Vec<u32>,
+    nbr: Vec<u32>,
+    history: Vec<u32>,
+    geometry: Builder,
+    pre: Builder,
+    bond: Builder,
+    post: Builder,
+    accumulators: BTreeMap<AtomId, u32>,
+}
+
+fn position(list: &mut Vec<u32>, v: u32) -> u32 {
+    if let Some(k) = list.iter().position(|o| *o == v) {
+        return k as u32;
+    }
+    list.push(v);
+    list.len() as u32 - 1
+}
+
+/// Writes the tapes of one draft. `vectors` lists sums that are the components of one vector.
+pub fn write(
+    algebra: &mut Algebra,
+    schedule: &mut Schedule,
+    constants: &mut Constants,
+    (key, draft): (&Key, &Draft),
+    vectors: &[Vec<AtomId>],
+) -> SweepSpec {
+    let ((stage, _), over) = *key;
+    let mut w = SweepWriter {
+        algebra,
+        schedule,
+        constants,
+        stage,
+        own: Vec::new(),
+        nbr: Vec::new(),
+        history: Vec::new(),
+        geometry: Builder::default(),
+        pre: Builder::default(),
+        bond: Builder::default(),
+        post: Builder::default(),
+        accumulators: BTreeMap::new(),
+    };
+    for kill in &draft.kills {
+        let r = w.condition(kill);
+        w.bond.effect(Op::Kill(r));
+    }
+    w.sums(&draft.sums, vectors);
+    for (history, next) in &draft.updates {
+        let r = w.bond_value(next);
+        let k = position(&mut w.history, *history);
+        w.bond.effect(Op::PutHistory(k, r));
+    }
+    let mut out = Vec::new();
+    for q in &draft.writes {
+        let slot = w.schedule.find(q, stage).map_or(0, |q| q.slot);
+        let r = w.epilogue_of(q);
+        out.push(slot);
+        w.post.tape.outs.push(r);
+    }
+    SweepSpec {
+        name: name(w.schedule, &out, draft),
+        stage,
+        family: over.map_or(0, |(f, _)| f.0),
+        reference: over.is_some_and(|(_, r)| r == Reduction::Sum0),
+        kills: !draft.kills.is_empty(),
+        own: w.own,
+        nbr: w.nbr,
+        out,
+        history: w.history,
+        geometry: w.geometry.tape,
+        pre: w.pre.tape,
+        bond: w.bond.tape,
+        accumulators: w.accumulators.len() as u32,
+        post: w.post.tape,
+    }
+}
+
+fn name(schedule: &Schedule, out: &[u32], draft: &Draft) -> String {
+    let mut names: Vec<&str> = Vec::new();
+    for slot in out {
+        let full = schedule.slots[*slot as usize].name.as_str();
+        let stem = full
+            .rsplit_once('_')
+            .filter(|(_, c)| c.chars().all(|c| "xyz".contains(c)));
+        let stem = stem.map_or(full, |(s, _)| s);
+        let anonymous = stem.starts_with('q') && stem[1..].chars().all(|c| c.is_ascii_digit());
+        if !anonymous && !names.contains(&stem) {
+            names.push(stem);
+        }
+    }
+    match (
+        names.is_empty(),
+        draft.kills.is_empty(),
+        draft.updates.is_empty(),
+    ) {
+        (false, _, _) => names.join(" "),
+        (true, false, _) => "break".into(),
+        (true, _, false) => "update".into(),
+        _ => "sums".into(),
+    }
+}
+
+impl SweepWriter<'_> {
+    fn sums(&mut self, sums: &[AtomId], vectors: &[Vec<AtomId>]) {
+        let mut left: BTreeSet<AtomId> = sums.iter().copied().collect();
+        for v in vectors {
+            if v.iter().all(|s| left.contains(s)) {
+                let bodies: Vec<Poly> = v.iter().map(|s| self.weighted(*s)).collect();
+                if let Some(central) = self.central(&bodies) {
+                    left.retain(|s| !v.contains(s));
+                    self.add_along_y(v, &central);
+                }
+            }
+        }
+        for sum in left {
+            let body = self.weighted(sum);
+            let k = self.accumulator(sum);
+            for (geo, terms) in by_geometry(self.algebra.plan(&body)) {
+                let inner = self.inner(&terms);
+                let weight = self.geometry_value(geo.as_ref());
+                self.bond.effect(Op::AddTo(k, weight, inner));
+            }
+        }
+    }
+
+    fn accumulator(&mut self, sum: AtomId) -> u32 {
+        let next = self.accumulators.len() as u32;
+        *self.accumulators.entry(sum).or_insert(next)
+    }
+
+    fn weighted(&mut self, sum: AtomId) -> Poly {
+        let Atom::Sum(_, _, body) = self.algebra.atom(sum).clone() else {
+            return Poly::zero();
+        };
+        let weight = self.algebra.poly(Atom::Weight);
+        self.algebra.mul(&weight, &body)
+    }
+
+    /// The common factor phi, if component a is phi times Y_a.
+    fn central(&mut self, bodies: &[Poly]) -> Option<Poly> {
+        let mut common: Option<Poly> = None;
+        for (a, body) in bodies.iter().enumerate() {
+            let y = self.algebra.intern(Atom::Y(a as u8));
+            if body.0.iter().any(|(m, _)| m.degree(y) != 1) {
+                return None;
+            }
+            let mut phi = Poly(body.0.iter().map(|(m, c)| (m.without(y), *c)).collect());
+            phi.0.sort();
+            if common.as_ref().is_some_and(|c| *c != phi) {
+                return None;
+            }
+            common = Some(phi);
+        }
+        common.filter(|p| !p.is_zero())
+    }
+
+    fn add_along_y(&mut self, sums: &[AtomId], phi: &Poly) {
+        let phi = self.bond_value(phi);
+        for (a, sum) in sums.iter().enumerate() {
+            let k = self.accumulator(*sum);
+            let y = self.y(a as u8);
+            self.bond.effect(Op::AddTo(k, phi, y));
+        }
+    }
+
+    /// Value of a bond polynomial.
+    fn bond_value(&mut self, p: &Poly) -> u32 {
+        let mut sum: Option<u32> = None;
+        for (geo, terms) in by_geometry(self.algebra.plan(p)) {
+            let inner = self.inner(&terms);
+            sum = Some(match (geo, sum) {
+                (None, None) => inner,
+                (None, Some(s)) => self.bond.op(Op::Add(s, inner)),
+                (Some(g), None) => {
+                    let g = self.geometry_value(Some(&g));
+                    self.bond.op(Op::Mul(g, inner))
+                }
+                (Some(g), Some(s)) => {
+                    let g = self.geometry_value(Some(&g));
+                    self.bond.op(Op::Fma(g, inner, s))
+                }
+            });
+        }
+        sum.unwrap_or_else(|| self.bond.lit(0.0))
+    }
+
+    /// A condition; `s > constant` becomes a comparison of reciprocals, which needs no root.
+    fn condition(&mut self, p: &Poly) -> u32 {
+        if let Some(limit) = self.stretch_limit(p) {
+            let one = Poly::int(1);
+            let stretched = self.algebra.add(&one, &limit);
+            let inverse = self.algebra.recip(&stretched);
+            let x = self.algebra.intern(Atom::X);
+            let threshold = self.algebra.mul(&inverse, &Poly::power(x, -1));
+            let geo = self.geometry_value(Some(&threshold));
+            let iy = self.inverse_length();
+            return self.bond.op(Op::Lt(iy, geo));
+        }
+        self.bond_value(p)
+    }
+
+    /// C if the condition is C < e/x with a constant C.
+    fn stretch_limit(&mut self, p: &Poly) -> Option<Poly> {
+        let Atom::Func(Func::Lt, args) = self.algebra.atom(p.as_atom()?).clone() else {
+            return None;
+        };
+        let (x, e) = (
+            self.algebra.intern(Atom::X),
+            self.algebra.intern(Atom::Extension),
+        );
+        let stretch = Poly(vec![(
+            Monomial(vec![(e, 1)]).mul(&Monomial(vec![(x, -1)])),
+            Ratio::ONE,
+        )]);
+        let constant = self.algebra.nature_of(&args[0]).home == Home::Constant;
+        (constant && args[1] == stretch).then(|| args[0].clone())
+    }
+
+    fn inner(&mut self, terms: &[Term]) -> u32 {
+        let products: Vec<Product<Factor>> = terms.iter().map(|t| self.product(t)).collect();
+        let mut bond = std::mem::take(&mut self.bond);
+        let r = horner(&mut bond, &products, &mut |b, f| {
+            std::mem::swap(b, &mut self.bond);
+            let r = self.bond_factor(f);
+            std::mem::swap(b, &mut self.bond);
+            r
+        });
+        self.bond = bond;
+        r
+    }
+
+    fn product(&mut self, t: &Term) -> Product<Factor> {
+        let length = self.algebra.intern(Atom::Length);
+        let mut factors = BTreeMap::new();
+        if let Some(q) = &t.own {
+            factors.insert(Factor::Own(q.clone()), 1);
+        }
+        if let Some(q) = &t.nbr {
+            factors.insert(Factor::Nbr(q.clone()), 1);
+        }
+        for (a, n) in &t.step.0 {
+            let f = match (*a == length, *n > 0) {
+                (true, true) => Factor::Length,
+                (true, false) => Factor::InverseLength,
+                (false, true) => Factor::Atom(*a),
+                (false, false) => Factor::Inverse(*a),
+            };
+            factors.insert(f, n.unsigned_abs());
+        }
+        Product {
+            coefficient: t.coefficient,
+            factors,
+        }
+    }
+
+    fn bond_factor(&mut self, f: &Factor) -> u32 {
+        match f {
+            Factor::Own(q) => match self.schedule.find(q, self.stage).map(|q| q.slot) {
+                Some(slot) => self.from_own(slot),
+                None => self.bond.lit(0.0),
+            },
+            Factor::Nbr(q) => match self.schedule.find(q, self.stage).map(|q| q.slot) {
+                Some(slot) => self.from_nbr(slot),
+                None => self.bond.lit(0.0),
+            },
+            Factor::InverseLength => self.inverse_length(),
+            Factor::Length => {
+                let (yy, iy) = (self.squared_length(), self.inverse_length());
+                self.bond.op(Op::Mul(yy, iy))
+            }
+            Factor::Atom(a) => self.bond_atom(*a),
+            Factor::Inverse(a) => {
+                let r = self.bond_atom(*a);
+                self.bond.recip(r, false)
+            }
+            Factor::Constant(p) => self.node_in_bond(p),
+        }
+    }
+
+    fn from_own(&mut self, slot: u32) -> u32 {
+        let k = position(&mut self.own, slot);
+        let r = self.pre.op(Op::Own(k));
+        let k = self.pre.out(r);
+        self.bond.op(Op::Pre(k))
+    }
+
+    fn from_nbr(&mut self, slot: u32) -> u32 {
+        let k = position(&mut self.nbr, slot);
+        self.bond.op(Op::Nbr(k))
+    }
+
+    /// A value that does not depend on the bond is formed in the prologue.
+    fn node_in_bond(&mut self, p: &Poly) -> u32 {
+        if let Some(c) = p.as_ratio() {
+            return self.bond.lit(c.value());
+        }
+        let r = self.prologue_value(p);
+        let k = self.pre.out(r);
+        self.bond.op(Op::Pre(k))
+    }
+
+    fn y(&mut self, a: u8) -> u32 {
+        let (xi, eta) = (self.bond.op(Op::Xi(a)), self.bond.op(Op::Eta(a)));
+        self.bond.op(Op::Add(xi, eta))
+    }
+
+    /// The order of `norm_squared` in the runtime: an undeformed bond must give the tabulated length.
+    fn squared_length(&mut self) -> u32 {
+        let y = self.y(0);
+        let mut sum = self.bond.op(Op::Mul(y, y));
+        for a in 1..self.schedule.dim() {
+            let y = self.y(a as u8);
+            sum = self.bond.op(Op::Fma(y, y, sum));
+        }
+        sum
+    }
+
+    fn inverse_length(&mut self) -> u32 {
+        let yy = self.squared_length();
+        self.bond.op(Op::Rsqrt(yy))
+    }
+
+    fn bond_atom(&mut self, id: AtomId) -> u32 {
+        let atom = self.algebra.atom(id).clone();
+        if self.algebra.nature(id).home != Home::Bond {
+            return self.node_in_bond(&Poly::atom(id));
+        }
+        match atom {
+            Atom::Xi(a) => self.bond.op(Op::Xi(a)),
+            Atom::Eta(a) => self.bond.op(Op::Eta(a)),
+            Atom::Y(a) => self.y(a),
+            Atom::Slack => {
+                let iy = self.inverse_length();
+                let ix = self.bond.op(Op::Ix);
+                self.bond.op(Op::Sub(ix, iy))
+            }
+            Atom::DEta(_) => {
+                let slot = self.schedule.state_slot(self.algebra, id);
+                let (far, near) = (self.from_nbr(slot), self.from_own(slot));
+                self.bond.op(Op::Sub(far, near))
+            }
+            Atom::History(h) => {
+                let k = position(&mut self.history, h);
+                self.bond.op(Op::History(k))
+            }
+            Atom::Reverse(h) => {
+                let k = position(&mut self.history, h);
+                self.bond.op(Op::Reverse(k))
+            }
+            Atom::Prime(a) => self.primed(a),
+            Atom::Named(_, p) => self.bond_value(&p),
+            Atom::Func(f, args) => {
+                let args: Vec<u32> = args.iter().map(|p| self.bond_value(p)).collect();
+                function(&mut self.bond, f, &args, false)
+            }
+            // What is left is geometry, which the plan has taken out, or one of the kernel's own atoms.
+            _ => self.bond_value(&Poly::atom(id)),
+        }
+    }
+
+    fn primed(&mut self, a: AtomId) -> u32 {
+        match self.algebra.atom(a).clone() {
+            Atom::Named(_, p) => {
+                let p = self.algebra.prime(&p);
+                self.bond_value(&p)
+            }
+            _ => {
+                let slot = self.schedule.state_slot(self.algebra, a);
+                self.from_nbr(slot)
+            }
+        }
+    }
+
+    /// A tabulated value; without geometry, one.
+    fn geometry_value(&mut self, p: Option<&Poly>) -> u32 {
+        let Some(p) = p else {
+            return self.bond.lit(1.0);
+        };
+        let mut geometry = std::mem::take(&mut self.geometry);
+        let r = self.constants.geometry(self.algebra, &mut geometry, p);
+        let k = geometry.out(r);
+        self.geometry = geometry;
+        self.bond.op(Op::Geo(k))
+    }
+
+    /// Value of a node polynomial from slots alone.
+    fn prologue_value(&mut self, p: &Poly) -> u32 {
+        self.node_value(p, false)
+    }
+
+    fn epilogue_of(&mut self, q: &Poly) -> u32 {
+        // A stored named quantity is its own content here, not a slot.
+        match q.as_atom().map(|a| self.algebra.atom(a).clone()) {
+            Some(Atom::Named(_, inner)) => self.node_value(&inner, true),
+            _ => self.node_value(q, true),
+        }
+    }
+
+    fn node_value(&mut self, p: &Poly, post: bool) -> u32 {
+        let products = self.node_products(p);
+        let mut b = std::mem::take(if post { &mut self.post } else { &mut self.pre });
+        let r = horner(&mut b, &products, &mut |b, f| {
+            std::mem::swap(b, if post { &mut self.post } else { &mut self.pre });
+            let r = self.node_factor(f, post);
+            std::mem::swap(b, if post { &mut self.post } else { &mut self.pre });
+            r
+        });
+        *(if post { &mut self.post } else { &mut self.pre }) = b;
+        r
+    }
+
+    /// Terms with equal node factors share one constant coefficient.
+    fn node_products(&mut self, p: &Poly) -> Vec<Product<Factor>> {
+        let mut groups: BTreeMap<Monomial, Poly> = BTreeMap::new();
+        for (m, c) in &p.0 {
+            let constant = |a: &AtomId| self.algebra.nature(*a).home == Home::Constant;
+            let (k, node): (Vec<_>, Vec<_>) = m.0.iter().partition(|(a, _)| constant(a));
+            let group = groups.entry(Monomial(node)).or_default();
+            *group = self.algebra.add(group, &Poly(vec![(Monomial(k), *c)]));
+        }
+        let mut products = Vec::new();
+        for (m, constant) in groups {
+            let mut factors: BTreeMap<Factor, u32> = BTreeMap::new();
+            for (a, n) in m.0 {
+                let f = if n > 0 {
+                    Factor::Atom(a)
+                } else {
+                    Factor::Inverse(a)
+                };
+                factors.insert(f, n.unsigned_abs());
+            }
+            let coefficient = constant.as_ratio().unwrap_or_else(|| {
+                factors.insert(Factor::Constant(constant), 1);
+                Ratio::ONE
+            });
+            products.push(Product {
+                coefficient,
+                factors,
+            });
+        }
+        products
+    }
+
+    fn node_factor(&mut self, f: &Factor, post: bool) -> u32 {
+        match f {
+            Factor::Constant(p) => {
+                let k = self.constants.index(self.algebra, p);
+                self.hand_on(Op::Const(k), post)
+            }
+            Factor::Atom(a) => self.node_atom(*a, post),
+            Factor::Inverse(a) => {
+                let r = self.node_atom(*a, post);
+                self.site(post).recip(r, true)
+            }
+            _ => self.site(post).lit(0.0),
+        }
+    }
+
+    fn site(&mut self, post: bool) -> &mut Builder {
+        if post { &mut self.post } else { &mut self.pre }
+    }
+
+    /// A prologue operation, seen from the prologue or from the epilogue.
+    fn hand_on(&mut self, op: Op, post: bool) -> u32 {
+        let r = self.pre.op(op);
+        if !post {
+            return r;
+        }
+        let k = self.pre.out(r);
+        self.post.op(Op::Pre(k))
+    }
+
+    fn node_atom(&mut self, id: AtomId, post: bool) -> u32 {
+        if let Some(k) = self.accumulators.get(&id).filter(|_| post) {
+            return self.post.op(Op::Acc(*k));
+        }
+        let mut needed = BTreeSet::new();
+        closure(self.algebra, &Poly::atom(id), &mut needed);
+        let formed_here = post && needed.iter().any(|s| self.accumulators.contains_key(s));
+        if !formed_here {
+            if let Some(slot) = self
+                .schedule
+                .find(&Poly::atom(id), self.stage)
+                .map(|q| q.slot)
+            {
+                let k = position(&mut self.own, slot);
+                return self.hand_on(Op::Own(k), post);
+            }
+        }
+        match self.algebra.atom(id).clone() {
+            Atom::State(StateKind::Slot | StateKind::Velocity | StateKind::Position, _) => {
+                let slot = self.schedule.state_slot(self.algebra, id);
+                let k = position(&mut self.own, slot);
+                self.hand_on(Op::Own(k), post)
+            }
+            Atom::Named(_, p) => self.node_value(&p, post),
+            Atom::Func(f, args) => {
+                let args: Vec<u32> = args.iter().map(|p| self.node_value(p, post)).collect();
+                function(self.site(post), f, &args, true)
+            }
+            _ => self.site(post).lit(0.0),
+        }
+    }
+}
+
+fn by_geometry(terms: Vec<Term>) -> BTreeMap<Option<Poly>, Vec<Term>> {
+    let mut groups: BTreeMap<Option<Poly>, Vec<Term>> = BTreeMap::new();
+    for t in terms {
+        groups.entry(t.geo.clone()).or_default().push(t);
+    }
+    groups
+}
+
+/// The operation of a function; on nodes a reciprocal of 0 is 0.
+pub fn function(b: &mut Builder, f: Func, r: &[u32], guarded: bool) -> u32 {
+    match f {
+        Func::Recip => b.recip(r[0], guarded),
+        Func::Sqrt => b.op(Op::Sqrt(r[0])),
+        Func::Abs => b.op(Op::Abs(r[0])),
+        Func::Exp => b.op(Op::Exp(r[0])),
+        Func::Ln => b.op(Op::Ln(r[0])),
+        Func::Sin => b.op(Op::Sin(r[0])),
+        Func::Cos => b.op(Op::Cos(r[0])),
+        Func::Tan => b.op(Op::Tan(r[0])),
+        Func::Pow => b.op(Op::Pow(r[0], r[1])),
+        Func::Min => b.op(Op::Min(r[0], r[1])),
+        Func::Max => b.op(Op::Max(r[0], r[1])),
+        Func::Select => b.op(Op::Select(r[0], r[1], r[2])),
+        Func::Lt => b.op(Op::Lt(r[0], r[1])),
+        Func::Le => b.op(Op::Le(r[0], r[1])),
+        Func::And => b.op(Op::And(r[0], r[1])),
+        Func::Or => b.op(Op::Or(r[0], r[1])),
+        Func::Not => b.op(Op::Not(r[0])),
+    }
+}
