@@ -6,7 +6,9 @@
 mod check;
 mod models;
 mod plan;
+mod progress;
 mod run;
+mod statement;
 mod table;
 
 use std::io::{IsTerminal, stderr};

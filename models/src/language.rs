@@ -1,7 +1,5 @@
 //! The language of the compiler, as the runtime's scenes ask for it.
 
-mod lower;
-
 use std::ops::Range;
 use std::path::Path;
 
@@ -9,12 +7,15 @@ use pdlang::diag::Diagnostic;
 use pdlang::ir::{self, ExprKind};
 use pdlang::span::Span;
 use pdlang::units::Unit;
-use pdlang::{front, quantity};
+use pdlang::{assemble, direct, front, quantity};
 use pdlang_runtime::engine::Law;
 use pdlang_runtime::language::{
     Compiled, Complaint, Expected, Exponents, Language, LawError, Variable,
 };
 use pdlang_runtime::spec::{InfluenceFn, Op, Spec, Tape};
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 
 use crate::registry;
 
@@ -53,8 +54,10 @@ impl Language for Pdlang {
     fn influence(&self, text: &str) -> Result<(InfluenceFn, Vec<f64>), Vec<Complaint>> {
         let (function, values) =
             front::influence_call(text, &[]).map_err(|d| complaints(text, &d))?;
-        let function = lower::influence(&function).ok_or_else(|| vec![not_scalar(text)])?;
-        Ok((function, values))
+        match carried(&assemble::influence_fn(&function)) {
+            Ok(function) => Ok((function, values)),
+            Err(message) => Err(vec![whole(text, message)]),
+        }
     }
 
     fn unit_name(&self, unit: Exponents) -> String {
@@ -148,7 +151,8 @@ fn compiled(found: &ir::Expression, expected: Expected) -> Result<Compiled, Vec<
     if root.shape != wanted {
         return Err(wrong());
     }
-    let tape = lower::expression(&found.exprs, found.root).ok_or_else(wrong)?;
+    let tape = carried(&direct::tape(&found.exprs, found.root))
+        .map_err(|message| vec![Diagnostic::error("PD000", message)])?;
     Ok(Compiled { tape, unit: root.unit.base })
 }
 
@@ -172,13 +176,15 @@ fn range(span: Span, text: &str) -> Range<usize> {
     if span.prelude { 0..text.len() } else { span.start as usize..span.end as usize }
 }
 
-fn not_scalar(text: &str) -> Complaint {
-    Complaint {
-        span: 0..text.len(),
-        message: "an influence function is a number that depends on the bond length `x` only".into(),
-        label: "this is not".into(),
-        help: Some("for example \"1/x\" or \"softened(p = 0, eps = 0.5 mm)\"".into()),
-    }
+fn whole(text: &str, message: String) -> Complaint {
+    Complaint { span: 0..text.len(), message, label: String::new(), help: None }
+}
+
+/// What the compiler writes, as the runtime reads it: the two meet as JSON only.
+fn carried<T: DeserializeOwned>(written: &impl Serialize) -> Result<T, String> {
+    serde_json::to_value(written)
+        .and_then(serde_json::from_value)
+        .map_err(|e| format!("this has no form that the runtime reads: {e}"))
 }
 
 fn is_path(name: &str) -> bool {
@@ -209,10 +215,9 @@ fn law_file(path: &Path) -> Result<ir::Law, LawError> {
 
 fn interpreted(law: &ir::Law, dim: usize) -> Result<Law, LawError> {
     let fail = |message: String| LawError { message, help: None, report: None };
-    let json = pdlang::compile(law, dim)
-        .map_err(|e| fail(format!("`{}` cannot be compiled: {e}", law.name)))?;
-    let spec: Spec = serde_json::from_str(&json)
-        .map_err(|e| fail(format!("`{}` has no form that the runtime reads: {e}", law.name)))?;
+    let spec = assemble::spec(law, dim)
+        .map_err(|_| fail(format!("`{}` is too large for exact arithmetic", law.name)))?;
+    let spec: Spec = carried(&spec).map_err(fail)?;
     Ok(Law::interpreted(spec))
 }
 
