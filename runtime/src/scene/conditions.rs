@@ -145,10 +145,13 @@ fn component(
         Data::Number(n, _) => n.to_string(),
         _ => String::new(),
     };
-    let tape = section
+    let found = section
         .reader
         .expression(value, coordinates, Expected::Unit(unit))?;
-    Some(Some(Expression { text, tape }))
+    Some(Some(Expression {
+        text,
+        tape: found.tape,
+    }))
 }
 
 /// `[[indenter]]`: a rigid sphere.

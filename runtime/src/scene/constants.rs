@@ -1,33 +1,28 @@
-//! `[let]`: named constants for every expression and quantity of the scene.
+//! `[let]`: named expressions for every other expression and quantity of the scene.
 
-use super::document::Data;
 use super::problem::Problem;
-use super::reader::{COORDINATES, Constant};
+use super::reader::{COORDINATES, Named};
 use super::section::Section;
-use crate::language::{Expected, dimension};
+use crate::language::{Compiled, Expected};
 
-/// Reads the constants in the order of the text; each may use the ones above it.
+/// Reads them in the order of the text; each may use the ones above it.
 pub(super) fn read(section: Section<'_>) {
     let reader = section.reader;
     for entry in section.entries() {
         section.value(&entry.key);
         if let Some(reason) = unfit(&entry.key) {
             reader.complain(
-                Problem::new(format!("`{}` cannot name a constant", entry.key))
+                Problem::new(format!("`{}` cannot be a name", entry.key))
                     .at(entry.key_span.clone(), reason),
             );
             continue;
         }
-        let found = match &entry.value.data {
-            Data::Number(n, _) => Some((*n, dimension::NUMBER)),
-            Data::Text(text) => reader.number(text, &entry.value, Expected::Scalar, &[]),
-            _ => reader.wrong_type(&entry.value, "a number or an expression in quotes"),
-        };
-        if let Some((value, unit)) = found {
-            reader.define(Constant {
+        let found = reader.expression(&entry.value, COORDINATES.len(), Expected::Scalar);
+        if let Some(Compiled { tape, unit }) = found {
+            reader.define(Named {
                 name: entry.key.clone(),
-                value,
                 unit,
+                tape,
             });
         }
     }

@@ -30,7 +30,8 @@ fn expanded(engine: &mut Engine, x: &[[f64; 3]], middle: [f64; 3], dim: usize, n
         }
     }
     engine.forces(&mut state, Breaking::Held);
-    engine.energy(&state)[engine.slot(node)]
+    let slot = engine.slot(node);
+    engine.energy(&state)[slot]
 }
 
 fn middle(x: &[[f64; 3]]) -> [f64; 3] {

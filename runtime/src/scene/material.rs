@@ -8,7 +8,7 @@ use crate::language::dimension;
 use crate::spec::{InfluenceFn, Number, ParamSpec};
 
 /// A law with the values that a scene gives it.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct Material {
     pub law: Law,
     /// Mass density [kg/m^3].

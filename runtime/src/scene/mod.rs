@@ -8,6 +8,7 @@ mod conditions;
 mod constants;
 mod document;
 mod family;
+mod formula;
 pub mod implied;
 mod material;
 pub mod node_table;
@@ -18,7 +19,6 @@ mod section;
 mod setup;
 mod shape;
 mod time;
-mod value;
 
 pub use body::Nodes;
 pub use family::Family;
@@ -35,11 +35,11 @@ use crate::language::dimension::LENGTH;
 use crate::observe::Outputs;
 use crate::shape::{Shape, Surface};
 use crate::simulate::{End, StepRule};
-use reader::{Constant, Reader};
+use reader::{Named, Reader};
 use section::Section;
 
 /// A scene that has been understood.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct Scene {
     /// File name without its extension; outputs are named after it.
     pub name: String,
@@ -127,11 +127,7 @@ fn read(root: Section<'_>, name: String, source: Source) -> Option<Scene> {
     let flavour = body.as_ref().and_then(body::flavour);
     let spacing = body.as_ref().and_then(body::spacing);
     if let Some(dx) = &spacing {
-        reader.define(Constant {
-            name: "dx".into(),
-            value: dx.value,
-            unit: LENGTH,
-        });
+        reader.define(Named::constant("dx", dx.value, LENGTH));
     }
     let family = root.section("family");
     let family = root.require("family", family, "{ horizon = \"3 dx\" }");

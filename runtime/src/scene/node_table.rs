@@ -17,7 +17,12 @@ pub fn write(simulation: &mut Simulation, path: &Path) -> std::io::Result<()> {
 
 /// The table as text.
 pub fn text(simulation: &mut Simulation) -> String {
-    let Simulation { body, engine, state, .. } = simulation;
+    let Simulation {
+        body,
+        engine,
+        state,
+        ..
+    } = simulation;
     let dim = body.flavour.dim();
     // What broke in the last step is broken: the forces are those of the state, evaluated without change.
     engine.forces(state, Breaking::Held);

@@ -5,21 +5,33 @@ use std::ops::Range;
 use std::path::Path;
 
 use super::document::{Data, Value};
+use super::formula;
 use super::problem::Problem;
 use super::section::Section;
-use super::value;
+
 use crate::language::{Compiled, Complaint, Expected, Exponents, Language, Variable, dimension};
 use crate::spec::{Op, Tape};
 
-/// A named constant of `[let]`, in SI units.
+/// A named expression of `[let]`: a constant, or a function of the coordinates, in SI units.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Constant {
+pub(super) struct Named {
     pub name: String,
-    pub value: f64,
     pub unit: Exponents,
+    /// Reads `Var(k)`, the k-th of [`COORDINATES`].
+    pub tape: Tape,
 }
 
-/// Names that every expression knows; a constant cannot take them.
+impl Named {
+    pub fn constant(name: &str, value: f64, unit: Exponents) -> Named {
+        Named {
+            name: name.into(),
+            unit,
+            tape: literal(value),
+        }
+    }
+}
+
+/// Names that every expression knows; `[let]` cannot define them.
 pub(super) const COORDINATES: [(&str, Exponents); 4] = [
     ("x", dimension::LENGTH),
     ("y", dimension::LENGTH),
@@ -32,7 +44,7 @@ pub(super) struct Reader<'a> {
     /// Folder of the scene file: relative paths start here.
     pub directory: &'a Path,
     text: &'a str,
-    constants: RefCell<Vec<Constant>>,
+    named: RefCell<Vec<Named>>,
     problems: RefCell<Vec<Problem>>,
 }
 
@@ -42,7 +54,7 @@ impl<'a> Reader<'a> {
             language,
             directory,
             text,
-            constants: RefCell::default(),
+            named: RefCell::default(),
             problems: RefCell::default(),
         }
     }
@@ -81,18 +93,15 @@ impl<'a> Reader<'a> {
         }
     }
 
-    pub fn define(&self, constant: Constant) {
-        self.constants.borrow_mut().push(constant);
+    pub fn define(&self, named: Named) {
+        self.named.borrow_mut().push(named);
     }
 
     /// A number in SI units, or a text with a unit, or an expression of named constants.
     pub fn quantity(&self, value: &Value, unit: Exponents) -> Option<f64> {
         match &value.data {
             Data::Number(n, _) => Some(*n),
-            Data::Text(text) => {
-                let (number, _) = self.number(text, value, Expected::Unit(unit), &[])?;
-                Some(number)
-            }
+            Data::Text(text) => self.number(text, value, unit),
             _ => {
                 let name = self.language.unit_name(unit);
                 let expected = match unit {
@@ -128,20 +137,11 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Value and unit of an expression of named constants, and of `extra` ones.
-    pub fn number(
-        &self,
-        text: &str,
-        place: &Value,
-        expected: Expected,
-        extra: &[Constant],
-    ) -> Option<(f64, Exponents)> {
-        let mut known = self.constants.borrow().clone();
-        known.extend_from_slice(extra);
-        let found = self.compiled(text, place, &[], &known, expected)?;
-        let number = value::of(&found.tape);
+    /// Value of an expression without coordinates.
+    fn number(&self, text: &str, place: &Value, unit: Exponents) -> Option<f64> {
+        let number = formula::value(&self.compiled(text, place, 0, Expected::Unit(unit))?.tape);
         if number.is_finite() {
-            return Some((number, found.unit));
+            return Some(number);
         }
         let problem = Problem::new("this expression has no finite value")
             .at(place.span.clone(), format!("gives {number}"));
@@ -149,28 +149,25 @@ impl<'a> Reader<'a> {
         None
     }
 
-    /// An expression in the first `coordinates` of x, y, z, t and in named constants, as a tape that
-    /// reads `Var(k)` = the k-th coordinate. A number stands for itself.
+    /// An expression in the first `coordinates` of x, y, z, t and in named expressions, as a tape that
+    /// reads `Var(k)`, the k-th coordinate. A number stands for itself.
     pub fn expression(
         &self,
         value: &Value,
         coordinates: usize,
         expected: Expected,
-    ) -> Option<Tape> {
-        match &value.data {
-            Data::Number(n, _) if expected != Expected::Condition => Some(Tape {
-                ops: vec![Op::Lit(*n)],
-                outs: vec![0],
+    ) -> Option<Compiled> {
+        match (&value.data, expected) {
+            (Data::Number(n, _), Expected::Unit(unit)) => Some(Compiled {
+                tape: literal(*n),
+                unit,
             }),
-            Data::Text(text) => {
-                let constants = self.constants.borrow().clone();
-                let coordinates = &COORDINATES[..coordinates];
-                Some(
-                    self.compiled(text, value, coordinates, &constants, expected)?
-                        .tape,
-                )
-            }
-            _ => self.wrong_type(value, "an expression in quotes"),
+            (Data::Number(n, _), Expected::Scalar) => Some(Compiled {
+                tape: literal(*n),
+                unit: dimension::NUMBER,
+            }),
+            (Data::Text(text), _) => self.compiled(text, value, coordinates, expected),
+            _ => self.wrong_type(value, "a number or an expression in quotes"),
         }
     }
 
@@ -178,32 +175,39 @@ impl<'a> Reader<'a> {
         &self,
         text: &str,
         place: &Value,
-        coordinates: &[(&str, Exponents)],
-        constants: &[Constant],
+        coordinates: usize,
         expected: Expected,
     ) -> Option<Compiled> {
-        let coordinate = |(name, unit): &(&str, Exponents)| Variable {
-            name: name.to_string(),
-            unit: *unit,
-        };
-        let constant = |c: &Constant| Variable {
-            name: c.name.clone(),
-            unit: c.unit,
-        };
-        let variables: Vec<Variable> = coordinates
+        let named = self.named.borrow();
+        let known = &COORDINATES[..coordinates];
+        let variables: Vec<Variable> = known
             .iter()
-            .map(coordinate)
-            .chain(constants.iter().map(constant))
+            .map(|(name, unit)| Variable {
+                name: name.to_string(),
+                unit: *unit,
+            })
+            .chain(named.iter().map(|n| Variable {
+                name: n.name.clone(),
+                unit: n.unit,
+            }))
             .collect();
-        match self.language.expression(text, &variables, expected) {
-            Ok(mut found) => {
-                substitute(&mut found.tape, coordinates.len(), constants);
-                Some(found)
-            }
-            Err(complaints) => {
-                self.complain_all(complaints, text, place);
+        let found = self.language.expression(text, &variables, expected);
+        let found = found
+            .map_err(|complaints| self.complain_all(complaints, text, place))
+            .ok()?;
+        let tapes: Vec<&Tape> = named.iter().map(|n| &n.tape).collect();
+        let tape = formula::splice(&found.tape, coordinates as u32, &tapes);
+        match formula::last_variable(&tape).and_then(|k| COORDINATES.get(k as usize)) {
+            Some((name, _)) if !known.iter().any(|(k, _)| k == name) => {
+                let problem =
+                    Problem::new(format!("this depends on `{name}`, which has no value here"));
+                self.complain(problem.at(place.span.clone(), "through a name of [let]"));
                 None
             }
+            _ => Some(Compiled {
+                tape,
+                unit: found.unit,
+            }),
         }
     }
 
@@ -245,15 +249,9 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// Puts the values of constants in the place of the variables that stand behind the coordinates.
-fn substitute(tape: &mut Tape, coordinates: usize, constants: &[Constant]) {
-    for op in &mut tape.ops {
-        if let Op::Var(k) = op
-            && let Some(constant) = (*k as usize)
-                .checked_sub(coordinates)
-                .and_then(|k| constants.get(k))
-        {
-            *op = Op::Lit(constant.value);
-        }
+fn literal(value: f64) -> Tape {
+    Tape {
+        ops: vec![Op::Lit(value)],
+        outs: vec![0],
     }
 }

@@ -214,7 +214,7 @@ fn independent_problems_are_told_at_once() {
         .replace("horizon = \"3 dx\"", "horizon = \"0.5 dx\"")
         .replace("c = 5", "c = -5")
         .replace("safety = 0.5", "safety = 2");
-    let shown = parse(&text).expect_err("a bad scene");
+    let shown = parse(&text).err().expect("a bad scene");
     assert_eq!(shown.matches("error: ").count(), 5, "{shown}");
     assert!(shown.contains("scene.toml:8:1"), "{shown}");
     assert!(shown.contains("did you mean `thickness`?"), "{shown}");
