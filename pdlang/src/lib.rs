@@ -7,6 +7,7 @@ pub mod ir;
 pub mod lower;
 pub mod plan;
 pub mod poly;
+pub mod print;
 pub mod ratio;
 pub mod rust;
 pub mod schedule;
