@@ -10,6 +10,7 @@ pub mod poly;
 pub mod ratio;
 pub mod rust;
 pub mod schedule;
+pub mod oracle;
 pub mod span;
 pub mod spec;
 pub mod sweep;
