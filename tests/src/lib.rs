@@ -2,5 +2,8 @@
 //! implementations, random bodies, and the bridge from the runtime's bodies to the oracle's.
 
 pub mod block;
+pub mod bodies;
+pub mod bridge;
 pub mod naive;
+pub mod pulse;
 pub mod reference;
