@@ -5,6 +5,7 @@ pub mod derive;
 pub mod direct;
 pub mod ir;
 pub mod lower;
+pub mod oracle;
 pub mod plan;
 pub mod poly;
 pub mod print;
