@@ -199,19 +199,35 @@ fn plain_sum<F: Ord + Clone>(
         if k == first {
             continue;
         }
-        let magnitude = if t.coefficient.is_negative() {
-            t.coefficient.neg()
-        } else {
-            t.coefficient
-        };
-        let p = product(b, magnitude, &t.factors, resolve);
-        sum = b.op(if t.coefficient.is_negative() {
-            Op::Sub(sum, p)
-        } else {
-            Op::Add(sum, p)
-        });
+        sum = add_product(b, sum, t, resolve);
     }
     sum
+}
+
+/// Adds a product, fused where it is a plain product of several factors.
+fn add_product<F: Ord + Clone>(
+    b: &mut Builder,
+    sum: u32,
+    t: &Product<F>,
+    resolve: &mut dyn FnMut(&mut Builder, &F) -> u32,
+) -> u32 {
+    if t.coefficient.is_negative() {
+        let p = product(b, t.coefficient.neg(), &t.factors, resolve);
+        return b.op(Op::Sub(sum, p));
+    }
+    let last = t.factors.iter().next_back().map(|(f, n)| (f.clone(), *n));
+    match last {
+        Some((f, 1)) if t.factors.len() > 1 => {
+            let rest = divide(t.clone(), &f);
+            let p = product(b, rest.coefficient, &rest.factors, resolve);
+            let q = resolve(b, &f);
+            b.op(Op::Fma(p, q, sum))
+        }
+        _ => {
+            let p = product(b, t.coefficient, &t.factors, resolve);
+            b.op(Op::Add(sum, p))
+        }
+    }
 }
 
 fn product<F: Ord + Clone>(

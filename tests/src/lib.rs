@@ -1,1 +1,9 @@
-//! Tests that cross crates.
+//! Tests that cross crates, and what they share: reference data of other codes, plain reference
+//! implementations, random bodies, and the bridge from the runtime's bodies to the oracle's.
+
+pub mod block;
+pub mod bodies;
+pub mod bridge;
+pub mod naive;
+pub mod pulse;
+pub mod reference;

@@ -1,0 +1,337 @@
+//! Expressions, read off the IR.
+
+use super::body::State;
+use super::influence::compare;
+use super::number::Real;
+use super::value::{self, Value};
+use super::{Error, Oracle};
+use crate::ir::{BinaryOp, Builtin, ExprId, ExprKind, FamilyId, HistoryId, Home, Law, Reduction};
+use std::cell::RefCell;
+use std::collections::HashMap;
+
+/// Where an expression is read.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Place {
+    /// A constant.
+    Nowhere,
+    Node(usize),
+    /// A directed bond of the body.
+    Bond(usize),
+    /// A reference bond vector without a body, under `ball`.
+    Reference([f64; 3]),
+}
+
+/// One pass over one state. Sums and node definitions are remembered per node.
+pub(super) struct Evaluator<'o, 'a, T> {
+    oracle: &'o Oracle<'a>,
+    state: &'o State,
+    u: Vec<[T; 3]>,
+    /// Bond and component whose relative displacement alone carries a derivative.
+    stretched: Option<(usize, usize, T)>,
+    known: RefCell<HashMap<(ExprId, usize), Value<T>>>,
+}
+
+impl<'o, 'a, T: Real> Evaluator<'o, 'a, T> {
+    pub(super) fn new(
+        oracle: &'o Oracle<'a>,
+        state: &'o State,
+        u: Vec<[T; 3]>,
+    ) -> Result<Self, Error> {
+        if !state.fits(oracle.law, oracle.body) {
+            return Err(Error(
+                "the state is not one of this law on this body".into(),
+            ));
+        }
+        Ok(Evaluator {
+            oracle,
+            state,
+            u,
+            stretched: None,
+            known: RefCell::new(HashMap::new()),
+        })
+    }
+
+    /// Whether bond `b` belongs to the family and is intact.
+    pub(super) fn intact(&self, family: FamilyId, b: usize) -> bool {
+        self.oracle.member[family.index()][b] && self.state.intact[family.index()][b]
+    }
+
+    /// Direction of the deformed bond, Y/|Y|.
+    pub(super) fn direction(&self, b: usize) -> Result<Value<T>, Error> {
+        let y = self.xi(Place::Bond(b))?.add(self.eta(Place::Bond(b))?)?;
+        y.div(Value::Scalar(y.norm()?))
+    }
+
+    /// Value of expression `id` at `place`.
+    pub(super) fn at(&self, id: ExprId, place: Place) -> Result<Value<T>, Error> {
+        match &self.oracle.law.exprs[id.index()].kind {
+            ExprKind::Number(v) => number(*v),
+            ExprKind::Pi => number(std::f64::consts::PI),
+            ExprKind::Dim => number(self.oracle.dim() as f64),
+            ExprKind::Delta => number(self.oracle.settings.horizon),
+            ExprKind::Identity => Ok(value::identity(self.oracle.dim())),
+            ExprKind::Var(_) => Err(Error("a law has no free variables".into())),
+            ExprKind::Param(p) => number(self.oracle.settings.params[p.index()]),
+            ExprKind::Def(def) => self.definition(def.index(), place),
+            ExprKind::Field(f) => Ok(self.state.fields[f.index()][self.node(place)?].lift()),
+            ExprKind::History(h) => self.history(*h, place),
+            ExprKind::Influence(slot) => self.influence(slot.index(), place),
+            ExprKind::Xi => self.xi(place),
+            ExprKind::Eta => self.eta(place),
+            ExprKind::Velocity => Ok(Value::Vector(self.state.v[self.node(place)?]).lift()),
+            ExprKind::Position => {
+                Ok(Value::Vector(self.oracle.body.nodes[self.node(place)?].position).lift())
+            }
+            ExprKind::Neg(a) => Ok(self.at(*a, place)?.map(|x| -x)),
+            ExprKind::Not(a) => Ok(Value::Boolean(!self.at(*a, place)?.boolean()?)),
+            ExprKind::Binary(op, a, b) => self.binary(*op, *a, *b, place),
+            ExprKind::Compare(op, a, b) => {
+                let (a, b) = (self.at(*a, place)?.scalar()?, self.at(*b, place)?.scalar()?);
+                Ok(Value::Boolean(compare(*op, a.value(), b.value())))
+            }
+            ExprKind::Call(builtin, args) => self.call(*builtin, args, place),
+            ExprKind::Component(a, index) => self.component(*a, index, place),
+            ExprKind::Reduce(reduction, family, a) => {
+                let node = self.node(place)?;
+                self.remember(id, node, || self.sum(*reduction, *family, *a, id, node))
+            }
+            ExprKind::Ball(a) => self.ball(id, *a),
+            ExprKind::Prime(a) => self.other_end(*a, place),
+            ExprKind::Case(arms) => self.at(arms[self.oracle.settings.flavour as usize], place),
+        }
+    }
+
+    fn remember(
+        &self,
+        id: ExprId,
+        node: usize,
+        compute: impl FnOnce() -> Result<Value<T>, Error>,
+    ) -> Result<Value<T>, Error> {
+        if let Some(value) = self.known.borrow().get(&(id, node)) {
+            return Ok(*value);
+        }
+        let value = compute()?;
+        self.known.borrow_mut().insert((id, node), value);
+        Ok(value)
+    }
+
+    fn definition(&self, k: usize, place: Place) -> Result<Value<T>, Error> {
+        let def = &self.oracle.law.defs[k];
+        match def.home {
+            Home::Constant => {
+                self.remember(def.expr, usize::MAX, || self.at(def.expr, Place::Nowhere))
+            }
+            Home::Node => {
+                let node = self.node(place)?;
+                self.remember(def.expr, node, || self.at(def.expr, Place::Node(node)))
+            }
+            Home::Bond => self.at(def.expr, place),
+        }
+    }
+
+    fn node(&self, place: Place) -> Result<usize, Error> {
+        match place {
+            Place::Node(i) => Ok(i),
+            Place::Bond(b) => Ok(self.oracle.body.bonds[b].from),
+            _ => Err(Error(
+                "a node quantity is read where there is no node".into(),
+            )),
+        }
+    }
+
+    fn bond(&self, place: Place) -> Result<usize, Error> {
+        match place {
+            Place::Bond(b) => Ok(b),
+            _ => Err(Error(
+                "a bond quantity is read where there is no bond".into(),
+            )),
+        }
+    }
+
+    fn history(&self, id: HistoryId, place: Place) -> Result<Value<T>, Error> {
+        let k = match self.oracle.law.histories[id.index()].home {
+            Home::Bond => self.bond(place)?,
+            _ => self.node(place)?,
+        };
+        Ok(self.state.histories[id.index()][k].lift())
+    }
+
+    fn influence(&self, slot: usize, place: Place) -> Result<Value<T>, Error> {
+        match place {
+            Place::Reference(xi) => {
+                let r = xi.iter().map(|c| c * c).sum::<f64>().sqrt();
+                number(self.oracle.influence(slot, r)?)
+            }
+            _ => number(self.oracle.omega[slot][self.bond(place)?]),
+        }
+    }
+
+    fn xi(&self, place: Place) -> Result<Value<T>, Error> {
+        match place {
+            Place::Reference(xi) => Ok(Value::Vector(xi).lift()),
+            _ => Ok(Value::Vector(self.oracle.body.bonds[self.bond(place)?].xi).lift()),
+        }
+    }
+
+    fn eta(&self, place: Place) -> Result<Value<T>, Error> {
+        let b = self.bond(place)?;
+        let bond = &self.oracle.body.bonds[b];
+        let mut eta = std::array::from_fn(|a| self.u[bond.to][a] - self.u[bond.from][a]);
+        if let Some((only, a, unit)) = self.stretched
+            && only == b
+        {
+            eta[a] = eta[a] + unit;
+        }
+        Ok(Value::Vector(eta))
+    }
+
+    /// Weighted sum over the bonds of a node that the reduction sees. An empty sum is a zero of its shape.
+    fn sum(
+        &self,
+        reduction: Reduction,
+        family: FamilyId,
+        a: ExprId,
+        id: ExprId,
+        node: usize,
+    ) -> Result<Value<T>, Error> {
+        let mut sum = empty(self.oracle.law, id);
+        for &b in &self.oracle.bonds_of[node] {
+            let counts = match reduction {
+                Reduction::Sum => self.intact(family, b),
+                Reduction::Sum0 => self.oracle.member[family.index()][b],
+            };
+            if counts {
+                let weight = T::constant(self.oracle.body.bonds[b].weight);
+                sum = sum.add(self.at(a, Place::Bond(b))?.scaled(weight))?;
+            }
+        }
+        Ok(sum)
+    }
+
+    fn ball(&self, id: ExprId, integrand: ExprId) -> Result<Value<T>, Error> {
+        match self.oracle.balls[id.index()] {
+            Some(integral) => number(integral),
+            None => number(self.oracle.ball(self.state, integrand)?),
+        }
+    }
+
+    fn other_end(&self, a: ExprId, place: Place) -> Result<Value<T>, Error> {
+        let b = self.bond(place)?;
+        match self.oracle.law.exprs[a.index()].home {
+            Home::Bond => self.at(a, Place::Bond(self.oracle.reverse_of(b)?)),
+            _ => self.at(a, Place::Node(self.oracle.body.bonds[b].to)),
+        }
+    }
+
+    fn binary(&self, op: BinaryOp, a: ExprId, b: ExprId, place: Place) -> Result<Value<T>, Error> {
+        let (left, right) = (self.at(a, place)?, self.at(b, place)?);
+        match op {
+            BinaryOp::Add => left.add(right),
+            BinaryOp::Sub => left.sub(right),
+            BinaryOp::Mul => left.mul(right),
+            BinaryOp::Div if self.is_empty_sum(b, right) => Ok(left.zeroed()),
+            BinaryOp::Div => left.div(right),
+            BinaryOp::Pow if self.is_empty_sum(a, left) && right.scalar()?.value() < 0.0 => {
+                Ok(left.zeroed())
+            }
+            BinaryOp::Pow => Ok(Value::Scalar(left.scalar()?.pow(right.scalar()?))),
+            BinaryOp::And => Ok(Value::Boolean(left.boolean()? && right.boolean()?)),
+            BinaryOp::Or => Ok(Value::Boolean(left.boolean()? || right.boolean()?)),
+        }
+    }
+
+    /// A sum without bonds is exactly zero; what divides by it is zero by rule.
+    fn is_empty_sum(&self, id: ExprId, value: Value<T>) -> bool {
+        self.oracle.sums[id.index()] && value.is_zero()
+    }
+
+    fn call(&self, builtin: Builtin, args: &[ExprId], place: Place) -> Result<Value<T>, Error> {
+        let arg = |k: usize| match args.get(k) {
+            Some(a) => self.at(*a, place),
+            None => Err(Error(format!("{builtin:?} lacks an argument"))),
+        };
+        let scalar = |k: usize| arg(k)?.scalar();
+        let dim = self.oracle.dim();
+        match builtin {
+            Builtin::Outer => arg(0)?.outer(arg(1)?),
+            Builtin::Sym => arg(0)?.symmetric_part(),
+            Builtin::Dev => arg(0)?.deviator(dim),
+            Builtin::Transpose => arg(0)?.transpose(),
+            Builtin::Inverse => self.inverse(args, arg(0)?),
+            Builtin::Select if arg(0)?.boolean()? => arg(1),
+            Builtin::Select => arg(2),
+            Builtin::Norm => Ok(Value::Scalar(arg(0)?.norm()?)),
+            Builtin::Dot => Ok(Value::Scalar(arg(0)?.dot(arg(1)?)?)),
+            Builtin::Trace => Ok(Value::Scalar(arg(0)?.trace()?)),
+            Builtin::Det => Ok(Value::Scalar(arg(0)?.determinant(dim)?)),
+            Builtin::Sqrt => Ok(Value::Scalar(scalar(0)?.sqrt())),
+            Builtin::Abs => Ok(Value::Scalar(scalar(0)?.abs())),
+            Builtin::Exp => Ok(Value::Scalar(scalar(0)?.exp())),
+            Builtin::Ln => Ok(Value::Scalar(scalar(0)?.ln())),
+            Builtin::Sin => Ok(Value::Scalar(scalar(0)?.sin())),
+            Builtin::Cos => Ok(Value::Scalar(scalar(0)?.cos())),
+            Builtin::Tan => Ok(Value::Scalar(scalar(0)?.sin() / scalar(0)?.cos())),
+            Builtin::Min => Ok(Value::Scalar(scalar(0)?.min(scalar(1)?))),
+            Builtin::Max => Ok(Value::Scalar(scalar(0)?.max(scalar(1)?))),
+        }
+    }
+
+    fn inverse(&self, args: &[ExprId], a: Value<T>) -> Result<Value<T>, Error> {
+        let dim = self.oracle.dim();
+        match args.first() {
+            Some(id) if self.is_empty_sum(*id, Value::Scalar(a.determinant(dim)?)) => {
+                Ok(a.zeroed())
+            }
+            _ => a.inverse(dim),
+        }
+    }
+
+    fn component(&self, a: ExprId, index: &[u8], place: Place) -> Result<Value<T>, Error> {
+        if index.iter().any(|k| *k as usize >= self.oracle.dim()) {
+            return Err(Error("a component beyond the dimension of the body".into()));
+        }
+        match (self.at(a, place)?, index) {
+            (Value::Vector(v), [k]) => Ok(Value::Scalar(v[*k as usize])),
+            (Value::Tensor(t), [i, k]) => Ok(Value::Scalar(t[*i as usize][*k as usize])),
+            _ => Err(Error("a component of what has none".into())),
+        }
+    }
+}
+
+impl<T: Real> Evaluator<'_, '_, super::Dual<T>> {
+    /// Lets only the relative displacement of bond `b` along `a` carry a derivative.
+    pub(super) fn stretch_only(&mut self, b: usize, a: usize) {
+        let unit = super::Dual::new(T::constant(0.0), T::constant(1.0));
+        self.stretched = Some((b, a, unit));
+    }
+}
+
+fn number<T: Real>(value: f64) -> Result<Value<T>, Error> {
+    Ok(Value::Scalar(T::constant(value)))
+}
+
+fn empty<T: Real>(law: &Law, id: ExprId) -> Value<T> {
+    match law.exprs[id.index()].shape {
+        crate::ir::Shape::Vector => Value::Vector(value::zero_vector()),
+        crate::ir::Shape::Symmetric | crate::ir::Shape::Tensor => {
+            Value::Tensor(value::zero_tensor())
+        }
+        _ => Value::Scalar(T::constant(0.0)),
+    }
+}
+
+/// Whether an expression holds a sum, given which definitions do.
+pub(super) fn contains_sum(law: &Law, id: ExprId, of_def: &[bool]) -> bool {
+    let any = |ids: &[ExprId]| ids.iter().any(|a| contains_sum(law, *a, of_def));
+    match &law.exprs[id.index()].kind {
+        ExprKind::Reduce(..) => true,
+        ExprKind::Def(def) => of_def[def.index()],
+        ExprKind::Neg(a) | ExprKind::Not(a) | ExprKind::Component(a, _) | ExprKind::Prime(a) => {
+            any(&[*a])
+        }
+        ExprKind::Binary(_, a, b) | ExprKind::Compare(_, a, b) => any(&[*a, *b]),
+        ExprKind::Call(_, args) => any(args),
+        ExprKind::Case(arms) => any(arms),
+        _ => false,
+    }
+}
