@@ -1,15 +1,13 @@
-//! Watching a run: files on disk, and how far it is.
+//! How far a run is: a bar with an estimate on a terminal, plain lines elsewhere.
 
 use std::io::{IsTerminal, stderr};
-use std::path::{Path, PathBuf};
 
 use indicatif::{ProgressBar, ProgressStyle};
-use pdlang_runtime::observe::{Files, Observer, Row, Summary};
+use pdlang_runtime::observe::{Observer, Row, Summary};
 use pdlang_runtime::simulate::{Simulation, Stopped};
 
-/// Writes files and shows progress: a bar with an estimate on a terminal, plain lines elsewhere.
-pub struct Watch {
-    files: Files,
+/// Shows progress on the error stream.
+pub struct Progress {
     bar: Option<ProgressBar>,
     /// Tenths of the run that have been told, without a terminal.
     told: u64,
@@ -17,16 +15,13 @@ pub struct Watch {
 
 const STYLE: &str = "{bar:40} {pos}/{len} steps, {eta} left, {msg}";
 
-impl Watch {
-    /// # Errors
-    /// When the folder cannot be written.
-    pub fn new(out: &Path) -> Result<Watch, String> {
-        let files = Files::new(out)?;
+impl Progress {
+    pub fn new() -> Progress {
         let bar = stderr().is_terminal().then(|| ProgressBar::new(0));
         if let (Some(bar), Ok(style)) = (&bar, ProgressStyle::with_template(STYLE)) {
             bar.set_style(style);
         }
-        Ok(Watch { files, bar, told: 0 })
+        Progress { bar, told: 0 }
     }
 
     fn close(&self) {
@@ -36,7 +31,7 @@ impl Watch {
     }
 }
 
-impl Observer for Watch {
+impl Observer for Progress {
     fn start(&mut self, sim: &mut Simulation) -> Result<(), String> {
         if let Some(bar) = &self.bar {
             bar.set_length(sim.steps);
@@ -44,7 +39,7 @@ impl Observer for Watch {
             bar.reset_eta();
         }
         self.told = tenth(sim);
-        self.files.start(sim)
+        Ok(())
     }
 
     fn step(&mut self, sim: &Simulation) {
@@ -52,44 +47,28 @@ impl Observer for Watch {
             Some(bar) => bar.set_position(sim.state.step),
             None if tenth(sim) > self.told => {
                 self.told = tenth(sim);
-                let row = &sim.row;
-                eprintln!(
-                    "step {} of {}, t = {:.4e} s, {} bonds broken",
-                    sim.state.step, sim.steps, sim.state.time, row.broken
-                );
+                let (step, steps) = (sim.state.step, sim.steps);
+                let broken = sim.row.broken;
+                eprintln!("step {step} of {steps}, t = {:.4e} s, {broken} bonds broken", sim.state.time);
             }
             None => {}
         }
-        self.files.step(sim);
     }
 
-    fn row(&mut self, sim: &Simulation, row: &Row) -> Result<(), String> {
+    fn row(&mut self, _: &Simulation, row: &Row) -> Result<(), String> {
         if let Some(bar) = &self.bar {
             bar.set_message(format!("t = {:.4e} s, {} bonds broken", row.time, row.broken));
         }
-        self.files.row(sim, row)
+        Ok(())
     }
 
-    fn fields(&mut self, sim: &mut Simulation) -> Result<(), String> {
-        self.files.fields(sim)
-    }
-
-    fn pictures(&mut self, sim: &mut Simulation) -> Result<(), String> {
-        self.files.pictures(sim)
-    }
-
-    fn checkpoint(&mut self, sim: &Simulation) -> Result<Option<PathBuf>, String> {
-        self.files.checkpoint(sim)
-    }
-
-    fn finish(&mut self, sim: &Simulation, summary: &Summary) -> Result<(), String> {
+    fn finish(&mut self, _: &Simulation, _: &Summary) -> Result<(), String> {
         self.close();
-        self.files.finish(sim, summary)
+        Ok(())
     }
 
-    fn stopped(&mut self, sim: &Simulation, why: &Stopped) {
+    fn stopped(&mut self, _: &Simulation, _: &Stopped, _: &Summary) {
         self.close();
-        self.files.stopped(sim, why);
     }
 }
 

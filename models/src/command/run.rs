@@ -4,10 +4,11 @@ use std::path::{Path, PathBuf};
 
 use clap::{Arg, ArgMatches, Command, value_parser};
 use pdlang_models::language::Pdlang;
+use pdlang_runtime::observe::Files;
 use pdlang_runtime::scene::{Problems, Scene, node_table};
 use pdlang_runtime::simulate::Simulation;
 
-use super::progress::Watch;
+use super::progress::Progress;
 use super::statement;
 use super::{Failure, Outcome, color, input_error};
 
@@ -88,8 +89,9 @@ pub fn wrong(problems: Problems) -> Failure {
 }
 
 fn go(scene: &Scene, simulation: &mut Simulation, out: &Path) -> Outcome {
-    let mut watch = Watch::new(out).map_err(Failure::plain)?;
-    let summary = simulation.run(&mut watch).map_err(|stopped| Failure::Run(format!("error: {stopped}")))?;
+    let mut files = Files::new(out).with(Box::new(Progress::new()));
+    let summary =
+        simulation.run(&mut files).map_err(|stopped| Failure::Run(format!("error: {stopped}")))?;
     if scene.node_table {
         let path = out.join("nodes.csv");
         node_table::write(simulation, &path)
