@@ -120,8 +120,8 @@ fn plain(text: &str, variables: &[Variable], expected: Expected) -> Option<Compi
         .iter()
         .map(|v| (v.name.as_str(), if coordinate(v) { Unit::NUMBER } else { of(v.unit) }))
         .collect();
-    let number = matches!(expected, Expected::Unit(_)).then_some(&Unit::NUMBER);
-    let found = front::expression(text, &bare, number).ok()?;
+    let number = matches!(expected, Expected::Unit(_)).then_some(Unit::NUMBER);
+    let found = front::expression(text, &bare, number.as_ref()).ok()?;
     let unitless = |e: &ir::Expr| match e.kind {
         ExprKind::Number(_) | ExprKind::Var(_) => e.unit.is_number(),
         _ => true,
@@ -136,7 +136,7 @@ fn plain(text: &str, variables: &[Variable], expected: Expected) -> Option<Compi
     }
 }
 
-fn compiled(found: &ir::Expression, expected: Expected) -> Result<Compiled, Vec<Diagnostic>> {
+fn compiled(found: &front::Expression, expected: Expected) -> Result<Compiled, Vec<Diagnostic>> {
     let root = &found.exprs[found.root.index()];
     let wanted = if expected == Expected::Condition { ir::Shape::Boolean } else { ir::Shape::Scalar };
     let words = |shape| match shape {
@@ -248,3 +248,6 @@ fn broken(name: &str, path: &str, text: &str, diagnostics: &[Diagnostic]) -> Law
     }
 }
 
+
+#[cfg(test)]
+mod tests;

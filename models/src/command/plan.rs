@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use clap::{ArgMatches, Command};
 use pdlang_runtime::engine::Breaking;
+use pdlang_runtime::observe::left_out;
 use pdlang_runtime::simulate::Simulation;
 use serde_json::{Value, json};
 
@@ -37,7 +38,7 @@ pub fn execute(matches: &ArgMatches) -> Outcome {
     let total = per_step * evaluations as f64;
     plan.add("speed", format!("{ns:.2} ns per bond, {:.3} ms per force evaluation", per_step * 1e3));
     plan.add("time", format!("about {} for {evaluations} force evaluations, without outputs", duration(total)));
-    let left_out = simulation.left_out();
+    let left_out = left_out(&simulation);
     if matches.get_flag("json") {
         let mut map = plan.json();
         map.insert("left_out".into(), json!(left_out));
