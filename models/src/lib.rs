@@ -1,1 +1,4 @@
-//! The catalogue.
+//! The catalogue of laws, and the language as scenes use it.
+
+pub mod language;
+pub mod registry;

@@ -3,6 +3,7 @@ use crate::body::Body;
 use crate::spec::{InfluenceFn, Op, Spec, Tape};
 use serde::{Deserialize, Serialize};
 
+#[derive(Clone, Debug)]
 pub struct Law {
     pub spec: Spec,
 }

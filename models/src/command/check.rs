@@ -1,0 +1,63 @@
+//! `pdlang check`: what is wrong with law files, with places.
+
+use clap::{Arg, ArgMatches, Command};
+use pdlang::diag::Diagnostic;
+use pdlang::front;
+
+use super::{Failure, Outcome, color};
+
+pub fn command() -> Command {
+    Command::new("check")
+        .about("Check law files: names, shapes, units, bounds, metadata")
+        .arg(
+            Arg::new("files")
+                .value_name("FILE.pd")
+                .help("Law files to check")
+                .required(true)
+                .num_args(1..),
+        )
+        .after_help("All errors of all files are shown, each with its place and a remedy.")
+}
+
+pub fn execute(matches: &ArgMatches) -> Outcome {
+    let files: Vec<&String> = matches.get_many("files").into_iter().flatten().collect();
+    let wrong = files.iter().filter(|file| !check(file)).count();
+    match wrong {
+        0 => Ok(()),
+        n => Err(Failure::plain(format!("{n} of {} files wrong", files.len()))),
+    }
+}
+
+/// Prints the findings of one file, or one line when it is correct.
+fn check(path: &str) -> bool {
+    let text = match std::fs::read_to_string(path) {
+        Ok(text) => text,
+        Err(error) => {
+            eprintln!("error: cannot read `{path}`: {error}\n");
+            return false;
+        }
+    };
+    let checked = front::file(&text);
+    for diagnostic in &checked.diagnostics {
+        eprintln!("{}\n", diagnostic.render(&text, path, color()));
+    }
+    if checked.diagnostics.iter().any(Diagnostic::is_error) {
+        return false;
+    }
+    println!("{path}: ok ({})", contents(&checked));
+    true
+}
+
+/// `laws pmb, lps; influence functions softened`.
+fn contents(checked: &front::Checked) -> String {
+    let laws: Vec<&str> = checked.laws.iter().map(|l| l.name.as_str()).collect();
+    let functions: Vec<&str> = checked.influences.iter().map(|f| f.name.as_str()).collect();
+    let part = |word: &str, names: Vec<&str>| match names.len() {
+        0 => None,
+        1 => Some(format!("{word} {}", names[0])),
+        _ => Some(format!("{word}s {}", names.join(", "))),
+    };
+    let parts = [part("law", laws), part("influence function", functions)];
+    let parts: Vec<String> = parts.into_iter().flatten().collect();
+    if parts.is_empty() { "empty".into() } else { parts.join("; ") }
+}

@@ -1,0 +1,103 @@
+//! The command line: one file per command, exit codes as a contract.
+//!
+//! 0: done. 1: the input is wrong (a scene, a law, a file). 2: the command line is wrong. 3: the run went
+//! unstable or could not go on.
+
+mod check;
+mod models;
+mod plan;
+mod progress;
+mod run;
+mod statement;
+mod table;
+
+use std::io::{IsTerminal, stderr};
+use std::process::ExitCode;
+
+use clap::{ArgMatches, Command};
+
+/// Why a command ends without its result.
+#[derive(Debug)]
+pub enum Failure {
+    /// The scene, the law or a file is wrong: exit code 1. The text says what, where and what to do.
+    Input(String),
+    /// The run could not go on: exit code 3. The text says the step, the node, the reason and the last checkpoint.
+    Run(String),
+}
+
+impl Failure {
+    /// An input failure that has no place in a text.
+    fn plain(message: impl std::fmt::Display) -> Failure {
+        Failure::Input(format!("error: {message}"))
+    }
+}
+
+/// An input failure without a place: what, and what to do.
+fn input_error(what: impl std::fmt::Display, remedy: impl std::fmt::Display) -> Failure {
+    Failure::Input(format!("error: {what}\n  = help: {remedy}"))
+}
+
+type Outcome = Result<(), Failure>;
+
+pub fn main() -> ExitCode {
+    let matches = cli().get_matches();
+    match dispatch(&matches) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(Failure::Input(text)) => {
+            eprintln!("{text}");
+            ExitCode::from(1)
+        }
+        Err(Failure::Run(text)) => {
+            eprintln!("{text}");
+            ExitCode::from(3)
+        }
+    }
+}
+
+fn cli() -> Command {
+    Command::new("pdlang")
+        .version(env!("CARGO_PKG_VERSION"))
+        .about("Peridynamic laws as pages of maths: check them, plan a scene, run it")
+        .after_help(
+            "Exit codes: 0 done; 1 the input is wrong; 2 the command line is wrong; 3 the run went unstable.",
+        )
+        .subcommand_required(true)
+        .arg_required_else_help(true)
+        .disable_help_subcommand(true)
+        .subcommand(run::command())
+        .subcommand(plan::command())
+        .subcommand(check::command())
+        .subcommand(models::command())
+}
+
+fn dispatch(matches: &ArgMatches) -> Outcome {
+    match matches.subcommand() {
+        Some(("run", m)) => run::execute(m),
+        Some(("plan", m)) => plan::execute(m),
+        Some(("check", m)) => check::execute(m),
+        Some(("models", m)) => models::execute(m),
+        // The parser has refused everything else.
+        _ => Ok(()),
+    }
+}
+
+/// Whether messages on the error stream may be coloured.
+fn color() -> bool {
+    stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none()
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn the_command_tree_is_consistent() {
+        super::cli().debug_assert();
+    }
+
+    #[test]
+    fn a_wrong_command_line_is_exit_code_two() {
+        for line in [vec!["pdlang", "fly"], vec!["pdlang", "run"], vec!["pdlang", "run", "a.toml", "--threads", "x"]] {
+            let error = super::cli().try_get_matches_from(line).expect_err("wrong");
+            assert_eq!(error.exit_code(), 2);
+        }
+    }
+}

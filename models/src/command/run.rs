@@ -1,0 +1,102 @@
+//! `pdlang run`: a scene from its text to its files.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Arg, ArgMatches, Command, value_parser};
+use pdlang_models::language::Pdlang;
+use pdlang_runtime::observe::Files;
+use pdlang_runtime::scene::{Problems, Scene, node_table};
+use pdlang_runtime::simulate::Simulation;
+
+use super::progress::Progress;
+use super::statement;
+use super::{Failure, Outcome, color, input_error};
+
+pub fn command() -> Command {
+    Command::new("run")
+        .about("Run a scene and write its fields, history, summary and pictures")
+        .arg(scene_argument())
+        .arg(
+            Arg::new("out")
+                .long("out")
+                .value_name("DIR")
+                .value_parser(value_parser!(PathBuf))
+                .help("Folder for the results [default: out/<name of the scene>]"),
+        )
+        .arg(threads_argument())
+        .arg(
+            Arg::new("resume")
+                .long("resume")
+                .value_name("FILE")
+                .value_parser(value_parser!(PathBuf))
+                .help("Go on from a checkpoint of the same scene"),
+        )
+        .after_help(
+            "Writes fields/*.vtu with fields.pvd, history.csv, summary.json, pictures as PNG, and checkpoints\n\
+             where the scene asks for them. A scene with `steps = 0` evaluates the forces once and writes nodes.csv.",
+        )
+}
+
+/// The scene, as every command takes it that reads one.
+pub fn scene_argument() -> Arg {
+    Arg::new("scene")
+        .value_name("SCENE.toml")
+        .value_parser(value_parser!(PathBuf))
+        .help("Scene file")
+        .required(true)
+}
+
+pub fn threads_argument() -> Arg {
+    Arg::new("threads")
+        .long("threads")
+        .value_name("N")
+        .value_parser(value_parser!(u32).range(1..=4096))
+        .help("Number of threads [default: one per core]; the results do not depend on it")
+}
+
+pub fn execute(matches: &ArgMatches) -> Outcome {
+    threads(matches)?;
+    let path = matches.get_one::<PathBuf>("scene").cloned().unwrap_or_default();
+    let scene = read(&path)?;
+    let mut simulation = scene.simulation().map_err(wrong)?;
+    if let Some(checkpoint) = matches.get_one::<PathBuf>("resume") {
+        simulation.resume(checkpoint).map_err(|e| input_error(e.what, e.remedy))?;
+    }
+    let out = matches
+        .get_one::<PathBuf>("out")
+        .cloned()
+        .unwrap_or_else(|| Path::new("out").join(&scene.name));
+    print!("{}", statement::of(&scene, &mut simulation).text());
+    println!("  {:<10} {}", "output", out.display());
+    go(&scene, &mut simulation, &out)
+}
+
+/// Sets the number of threads for the whole process.
+pub fn threads(matches: &ArgMatches) -> Outcome {
+    let Some(&n) = matches.get_one::<u32>("threads") else { return Ok(()) };
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(n as usize)
+        .build_global()
+        .map_err(|e| Failure::plain(format!("cannot start {n} threads: {e}")))
+}
+
+pub fn read(path: &Path) -> Result<Scene, Failure> {
+    Scene::read(path, &Pdlang).map_err(wrong)
+}
+
+pub fn wrong(problems: Problems) -> Failure {
+    Failure::Input(problems.render(color()))
+}
+
+fn go(scene: &Scene, simulation: &mut Simulation, out: &Path) -> Outcome {
+    let mut files = Files::new(out).with(Box::new(Progress::new()));
+    let summary =
+        simulation.run(&mut files).map_err(|stopped| Failure::Run(format!("error: {stopped}")))?;
+    if scene.node_table {
+        let path = out.join("nodes.csv");
+        node_table::write(simulation, &path)
+            .map_err(|e| Failure::Run(format!("error: cannot write {}: {e}", path.display())))?;
+    }
+    print!("{}", statement::result(&summary));
+    Ok(())
+}

@@ -1,0 +1,164 @@
+//! What a run says about itself: before it starts, and when it is done.
+
+use pdlang_runtime::observe::Summary;
+use pdlang_runtime::scene::{Scene, implied};
+use pdlang_runtime::simulate::{End, Simulation, StepRule};
+use pdlang_runtime::spec::InfluenceFn;
+use serde_json::{Map, Value};
+
+/// Named lines under a title.
+pub struct Statement {
+    title: String,
+    lines: Vec<(&'static str, String)>,
+}
+
+impl Statement {
+    pub fn add(&mut self, name: &'static str, text: impl Into<String>) {
+        self.lines.push((name, text.into()));
+    }
+
+    pub fn text(&self) -> String {
+        let line = |(name, text): &(&str, String)| format!("  {name:<10} {text}\n");
+        format!("{}\n{}", self.title, self.lines.iter().map(line).collect::<String>())
+    }
+
+    pub fn json(&self) -> Map<String, Value> {
+        let mut map = Map::new();
+        map.insert("title".into(), self.title.as_str().into());
+        map.extend(self.lines.iter().map(|(n, t)| (n.replace(' ', "_"), t.as_str().into())));
+        map
+    }
+}
+
+/// Law, body, traversal, memory, constants, step.
+pub fn of(scene: &Scene, simulation: &mut Simulation) -> Statement {
+    let mut s = Statement { title: scene.title.clone(), lines: Vec::new() };
+    let spec = &scene.material.law.spec;
+    s.add("law", format!("{}: {}", spec.law, spec.title));
+    s.add("from", spec.cites.join("; "));
+    s.add("parameters", parameters(scene));
+    for (slot, (function, values)) in spec.influences.iter().zip(&scene.material.influences) {
+        s.add("influence", format!("{} = {}", slot.name, call(function, values)));
+    }
+    body(&mut s, scene, simulation);
+    let implied = implied::modulus(simulation);
+    constants(&mut s, scene, simulation, implied);
+    s.add("time step", step(scene, simulation));
+    s
+}
+
+fn parameters(scene: &Scene) -> String {
+    let material = &scene.material;
+    let pairs = material.law.spec.params.iter().zip(&material.params);
+    let mut shown: Vec<String> =
+        pairs.map(|(p, v)| format!("{} = {} {}", p.name, v, p.unit).trim_end().into()).collect();
+    shown.push(format!("density = {} kg/m^3", material.density));
+    shown.join(", ")
+}
+
+fn call(function: &InfluenceFn, values: &[f64]) -> String {
+    let pairs = function.params.iter().zip(values);
+    let arguments: Vec<String> =
+        pairs.map(|(p, v)| format!("{} = {v} {}", p.name, p.unit).trim_end().into()).collect();
+    match arguments.is_empty() {
+        true => function.name.clone(),
+        false => format!("{}({})", function.name, arguments.join(", ")),
+    }
+}
+
+fn body(s: &mut Statement, scene: &Scene, simulation: &Simulation) {
+    let report = simulation.engine.report();
+    let body = &simulation.body;
+    s.add(
+        "body",
+        format!("{} nodes, {}, spacing {} m", grouped(report.nodes as u64), body.flavour.name(), body.spacing),
+    );
+    let horizon = scene.family.horizon;
+    let volumes = if scene.family.partial_volume { "partial volumes" } else { "full volumes" };
+    s.add(
+        "bonds",
+        format!(
+            "{}, horizon {horizon:.6e} m = {:.6} dx, {volumes}",
+            grouped(report.bonds / 2),
+            horizon / body.spacing
+        ),
+    );
+    let how = if report.compiled { "compiled" } else { "interpreted" };
+    s.add("kernel", format!("{} traversal, {}, {how}", report.traversal, report.isa));
+    s.add("memory", format!("{} for nodes, {} for bonds", bytes(report.node_bytes), bytes(report.bond_bytes)));
+}
+
+fn constants(s: &mut Statement, scene: &Scene, simulation: &Simulation, implied: Option<f64>) {
+    let report = simulation.engine.report();
+    let how = if scene.material.lattice_constants { "sums over the lattice" } else { "integrals" };
+    let shown: Vec<String> =
+        report.constants.iter().map(|(name, value)| format!("{name} = {value:.6e}")).collect();
+    if !shown.is_empty() {
+        s.add("constants", format!("{} (from {how})", shown.join(", ")));
+    }
+    if let Some(modulus) = implied {
+        s.add("implied", format!("modulus against expansion in the middle of the body {modulus:.6e} Pa"));
+    }
+}
+
+fn step(scene: &Scene, simulation: &Simulation) -> String {
+    let until = match scene.end {
+        End::Steps(0) => return "none: the forces are evaluated once".into(),
+        End::Steps(n) => format!("{n} steps, to {:.6e} s", n as f64 * simulation.dt),
+        End::Time(t) => format!("{} steps, to {t:.6e} s", simulation.steps),
+    };
+    let why = match (scene.step, &simulation.stable) {
+        (StepRule::Stable { safety }, Some(stable)) => {
+            format!("{safety} of the limit of this body (omega = {:.4e} rad/s)", stable.omega)
+        }
+        _ => "as given".into(),
+    };
+    format!("{:.6e} s, {why}; {until}", simulation.dt)
+}
+
+/// What came out.
+pub fn result(summary: &Summary) -> String {
+    let t = &summary.timings;
+    let row = &summary.last;
+    format!(
+        "done       {} steps in {:.2} s ({:.2} ns per bond): forces {:.2}, integration {:.2}, energy {:.2}, output {:.2}\n\
+         broken     {} bonds ({:.4} %)\n",
+        summary.steps, t.total, summary.ns_per_bond, t.forces, t.integration, t.energy, t.output,
+        grouped(row.broken), 100.0 * row.broken_fraction,
+    )
+}
+
+/// 103110 as `103,110`.
+pub fn grouped(n: u64) -> String {
+    let digits = n.to_string();
+    let mut shown = String::new();
+    for (k, digit) in digits.chars().enumerate() {
+        if k > 0 && (digits.len() - k).is_multiple_of(3) {
+            shown.push(',');
+        }
+        shown.push(digit);
+    }
+    shown
+}
+
+pub fn bytes(n: u64) -> String {
+    match n {
+        0..10_000 => format!("{n} B"),
+        10_000..10_000_000 => format!("{:.1} kB", n as f64 / 1e3),
+        10_000_000..10_000_000_000 => format!("{:.1} MB", n as f64 / 1e6),
+        _ => format!("{:.1} GB", n as f64 / 1e9),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn large_numbers_are_grouped() {
+        assert_eq!(grouped(7), "7");
+        assert_eq!(grouped(103_110), "103,110");
+        assert_eq!(grouped(1_000), "1,000");
+        assert_eq!(bytes(25_000_000), "25.0 MB");
+    }
+}

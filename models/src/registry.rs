@@ -1,0 +1,65 @@
+//! The catalogue: every law by its name, as text and, where it is compiled in, as machine code.
+
+use pdlang::diag::Diagnostic;
+use pdlang::{front, ir};
+use pdlang_runtime::engine::Law;
+
+/// A law of the catalogue.
+#[derive(Clone, Copy)]
+pub struct Entry {
+    pub name: &'static str,
+    /// The law in the language.
+    pub text: &'static str,
+}
+
+macro_rules! catalogue {
+    ($($name:literal),* $(,)?) => {
+        &[$(Entry { name: $name, text: include_str!(concat!("../laws/", $name, ".pd")) }),*]
+    };
+}
+
+/// In the order in which the tables list them.
+pub const CATALOGUE: &[Entry] = catalogue!["pmb", "gpmb", "lps", "lps_frozen"];
+
+/// The law of this name.
+pub fn find(name: &str) -> Option<&'static Entry> {
+    CATALOGUE.iter().find(|e| e.name == name)
+}
+
+/// All names.
+pub fn names() -> Vec<&'static str> {
+    CATALOGUE.iter().map(|e| e.name).collect()
+}
+
+impl Entry {
+    /// The law as the checks leave it.
+    ///
+    /// # Errors
+    /// The diagnostics of a text that does not hold exactly one correct law.
+    pub fn law(&self) -> Result<ir::Law, Vec<Diagnostic>> {
+        let checked = front::file(self.text);
+        match checked.laws.into_iter().next() {
+            Some(law) if !checked.diagnostics.iter().any(Diagnostic::is_error) => Ok(law),
+            _ => Err(checked.diagnostics),
+        }
+    }
+
+    /// The law at a dimension, with its machine code where there is some.
+    pub fn compiled(&self, _dim: usize) -> Option<Law> {
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_law_is_correct_and_bears_the_name_of_its_file() {
+        for entry in CATALOGUE {
+            let law = entry.law().unwrap_or_else(|e| panic!("{}: {e:?}", entry.name));
+            assert_eq!(law.name, entry.name);
+            assert!(!law.title.is_empty() && !law.cites.is_empty(), "{} lacks its paper", law.name);
+        }
+    }
+}

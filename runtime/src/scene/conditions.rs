@@ -1,0 +1,185 @@
+//! `[[initial]]`, `[[condition]]`, `[[indenter]]`, `[[no_fail]]`: what acts on the body, and where.
+
+use super::document::{Data, Value};
+use super::problem::Problem;
+use super::section::Section;
+use super::shape;
+use crate::conditions::{Condition, Expression, Quantity};
+use crate::contact::{ContactLaw, Indenter};
+use crate::language::{Expected, Exponents, dimension};
+use crate::shape::Shape;
+use crate::spec::Spec;
+
+/// Coordinates that an expression may use: x, y, z, and for conditions t.
+const WITHOUT_TIME: usize = 3;
+const WITH_TIME: usize = 4;
+
+/// What a condition may set: key, quantity, unit, components.
+type Target = (String, Quantity, Exponents, usize);
+
+/// `[[initial]]`: values at t = 0.
+pub(super) fn initial(section: Section<'_>, spec: &Spec) -> Option<Vec<Condition>> {
+    let mut targets = motion(spec.dim);
+    targets.extend(fields(spec));
+    read(section, &targets, spec.dim, WITHOUT_TIME)
+}
+
+/// `[[condition]]`: values that hold for all time.
+pub(super) fn condition(section: Section<'_>, spec: &Spec) -> Option<Vec<Condition>> {
+    let mut targets = motion(spec.dim);
+    targets.push((
+        "body_force".into(),
+        Quantity::Force,
+        dimension::FORCE_DENSITY,
+        spec.dim,
+    ));
+    targets.extend(fields(spec));
+    read(section, &targets, spec.dim, WITH_TIME)
+}
+
+fn motion(dim: usize) -> Vec<Target> {
+    vec![
+        (
+            "displacement".into(),
+            Quantity::Displacement,
+            dimension::LENGTH,
+            dim,
+        ),
+        (
+            "velocity".into(),
+            Quantity::Velocity,
+            dimension::VELOCITY,
+            dim,
+        ),
+    ]
+}
+
+fn fields(spec: &Spec) -> impl Iterator<Item = Target> + '_ {
+    spec.fields.iter().map(|f| {
+        (
+            f.name.clone(),
+            Quantity::Field(f.name.clone()),
+            f.exponents,
+            f.slots.len(),
+        )
+    })
+}
+
+fn read(
+    section: Section<'_>,
+    targets: &[Target],
+    dim: usize,
+    coordinates: usize,
+) -> Option<Vec<Condition>> {
+    let region = region(&section, dim);
+    let given: Vec<&Target> = targets
+        .iter()
+        .filter(|t| section.value(&t.0).is_some())
+        .collect();
+    if given.is_empty() && section.entries().iter().all(|e| e.key == "region") {
+        let names: Vec<&str> = targets.iter().map(|t| t.0.as_str()).collect();
+        let problem = Problem::new(format!("{} sets nothing", section.title))
+            .at(section.span.clone(), "")
+            .help(format!("give one of {}", names.join(", ")));
+        section.reader.complain(problem);
+    }
+    let values: Vec<_> = given
+        .iter()
+        .map(|t| value(&section, t, coordinates))
+        .collect();
+    section.finish();
+    let region = region?;
+    given
+        .iter()
+        .zip(values)
+        .map(|(t, value)| {
+            Some(Condition {
+                region: region.clone(),
+                quantity: t.1.clone(),
+                value: value?,
+            })
+        })
+        .collect()
+}
+
+/// The whole body when there is none.
+pub(super) fn region(section: &Section<'_>, dim: usize) -> Option<Shape> {
+    match section.value("region") {
+        None => Some(Shape::All),
+        Some(_) => shape::read(section, "region", dim),
+    }
+}
+
+fn value(
+    section: &Section<'_>,
+    (key, _, unit, components): &Target,
+    coordinates: usize,
+) -> Option<Vec<Option<Expression>>> {
+    let given = section.value(key)?;
+    let items = match &given.data {
+        Data::List(_) => section.reader.components(given, *components)?,
+        _ if *components == 1 => std::slice::from_ref(given),
+        _ => {
+            return section
+                .reader
+                .wrong_type(given, &format!("a list of {components} components"));
+        }
+    };
+    let read: Vec<_> = items
+        .iter()
+        .map(|v| component(section, v, *unit, coordinates))
+        .collect();
+    read.into_iter().collect()
+}
+
+/// An expression, or `"free"`.
+fn component(
+    section: &Section<'_>,
+    value: &Value,
+    unit: Exponents,
+    coordinates: usize,
+) -> Option<Option<Expression>> {
+    let text = match &value.data {
+        Data::Text(text) if text == "free" => return Some(None),
+        Data::Text(text) => text.clone(),
+        Data::Number(n, _) => n.to_string(),
+        _ => String::new(),
+    };
+    let found = section
+        .reader
+        .expression(value, coordinates, Expected::Unit(unit))?;
+    Some(Some(Expression {
+        text,
+        tape: found.tape,
+    }))
+}
+
+/// `[[indenter]]`: a rigid sphere.
+pub(super) fn indenter(section: Section<'_>, dim: usize) -> Option<Indenter> {
+    let radius = section.positive("radius", dimension::LENGTH);
+    let radius = section.require("radius", radius, "\"5 mm\"");
+    let center = section.vector("center", dimension::LENGTH, dim);
+    let center = section.require("center", center, "[\"0 mm\", ..], where it is at t = 0");
+    let velocity = section.vector("velocity", dimension::VELOCITY, dim);
+    let velocity = section.require("velocity", velocity, "[\"0 m/s\", ..]");
+    let law = contact(&section);
+    section.finish();
+    Some(Indenter {
+        center: center?,
+        velocity: velocity?,
+        radius: radius?.value,
+        law: law?,
+    })
+}
+
+fn contact(section: &Section<'_>) -> Option<ContactLaw> {
+    let words = [("penalty", false), ("relocation", true)];
+    if section.choice("contact", &words) == Some(true) {
+        return Some(ContactLaw::Relocation);
+    }
+    let stiffness = section.positive("stiffness", dimension::CONTACT_STIFFNESS);
+    let stiffness = section.require("stiffness", stiffness, "\"1e17 N/m^5\"")?;
+    Some(ContactLaw::Penalty {
+        stiffness: stiffness.value,
+    })
+}

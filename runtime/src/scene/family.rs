@@ -1,0 +1,102 @@
+//! `[family]`: the horizon and how bonds are visited.
+
+use super::document::Data;
+use super::problem::Problem;
+use super::section::{Placed, Section};
+use crate::engine::{Isa, Traversal};
+use crate::language::dimension::LENGTH;
+
+/// Which bonds there are and how they are visited.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Family {
+    /// [m]
+    pub horizon: f64,
+    /// Neighbours that the horizon cuts count in part.
+    pub partial_volume: bool,
+    pub traversal: Traversal,
+    /// `None` takes the best that the machine has.
+    pub isa: Option<Isa>,
+}
+
+const TRAVERSALS: [(&str, Traversal); 3] = [
+    ("auto", Traversal::Auto),
+    ("lattice", Traversal::Lattice),
+    ("cloud", Traversal::Cloud),
+];
+
+const INSTRUCTIONS: [(&str, Option<Isa>); 4] = [
+    ("auto", None),
+    ("scalar", Some(Isa::Scalar)),
+    ("avx2", Some(Isa::Avx2)),
+    ("avx512", Some(Isa::Avx512)),
+];
+
+pub(super) fn read(section: Section<'_>, spacing: Option<&Placed<f64>>) -> Option<Family> {
+    let horizon = horizon(&section, spacing);
+    let partial_volume = section.flag("partial_volume");
+    let traversal = section.choice("traversal", &TRAVERSALS);
+    let isa = section.choice("instructions", &INSTRUCTIONS);
+    section.finish();
+    Some(Family {
+        horizon: horizon?,
+        partial_volume: partial_volume.unwrap_or(false),
+        traversal: traversal.unwrap_or(Traversal::Auto),
+        isa: isa.flatten(),
+    })
+}
+
+/// A length, or a multiple of the spacing: `"3 dx"`.
+fn horizon(section: &Section<'_>, spacing: Option<&Placed<f64>>) -> Option<f64> {
+    let found = match (section.value("horizon").map(|v| &v.data), spacing) {
+        (Some(Data::Text(text)), _) if multiple(text).is_some() => {
+            let factor = multiple(text)?;
+            let place = section.value("horizon")?.span.clone();
+            Placed {
+                value: factor * spacing?.value,
+                span: place,
+            }
+        }
+        _ => {
+            let found = section.positive("horizon", LENGTH);
+            section.require("horizon", found, "\"3 dx\", three times the spacing")?
+        }
+    };
+    let spacing = spacing?;
+    if found.value >= spacing.value {
+        return Some(found.value);
+    }
+    let problem = Problem::new("the horizon is smaller than the spacing: no node has a neighbour")
+        .at(found.span, format!("this is {} m", found.value))
+        .at(spacing.span.clone(), format!("this is {} m", spacing.value))
+        .help("three times the spacing is usual: horizon = \"3 dx\"");
+    section.reader.complain(problem);
+    None
+}
+
+/// The factor in `3 dx`, `3*dx`, `dx`.
+fn multiple(text: &str) -> Option<f64> {
+    let factor = text
+        .trim()
+        .strip_suffix("dx")?
+        .trim_end()
+        .trim_end_matches('*')
+        .trim_end();
+    match factor {
+        "" => Some(1.0),
+        _ => factor.parse::<f64>().ok().filter(|f| f.is_finite()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn multiples_of_the_spacing() {
+        assert_eq!(multiple("3 dx"), Some(3.0));
+        assert_eq!(multiple("3.015*dx"), Some(3.015));
+        assert_eq!(multiple("dx"), Some(1.0));
+        assert_eq!(multiple("3 mm"), None);
+        assert_eq!(multiple("inf dx"), None);
+    }
+}

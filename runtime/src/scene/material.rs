@@ -1,0 +1,202 @@
+//! `[material]`: the law, its parameters and influence functions.
+
+use super::document::{Data, Value};
+use super::problem::Problem;
+use super::section::Section;
+use crate::engine::Law;
+use crate::language::dimension;
+use crate::spec::{InfluenceFn, Number, ParamSpec};
+
+/// A law with the values that a scene gives it.
+#[derive(Clone)]
+pub struct Material {
+    pub law: Law,
+    /// Mass density [kg/m^3].
+    pub density: f64,
+    /// SI values, one per parameter of the law.
+    pub params: Vec<f64>,
+    /// One per influence function of the law, with the values of its parameters.
+    pub influences: Vec<(InfluenceFn, Vec<f64>)>,
+    /// Constants of the full family as sums over a full lattice family instead of integrals.
+    pub lattice_constants: bool,
+}
+
+const WORDS: [(&str, bool); 2] = [("integral", false), ("lattice", true)];
+
+pub(super) fn read(section: Section<'_>, dim: usize) -> Option<Material> {
+    let density = section.positive("density", dimension::DENSITY);
+    let density = section.require("density", density, "\"2200 kg/m^3\"");
+    let constants = section.choice("constants", &WORDS);
+    let Some(law) = law(&section, dim) else {
+        // Without the law, its parameters cannot be told from unknown keys.
+        return None;
+    };
+    let params: Vec<Option<f64>> = law
+        .spec
+        .params
+        .iter()
+        .map(|p| parameter(&section, p))
+        .collect();
+    let influences = influences(&section, &law);
+    section.finish();
+    Some(Material {
+        density: density?.value,
+        params: params.into_iter().collect::<Option<_>>()?,
+        influences: influences?,
+        lattice_constants: constants.unwrap_or(false),
+        law,
+    })
+}
+
+fn law(section: &Section<'_>, dim: usize) -> Option<Law> {
+    let name = section.text("model");
+    let name = section.require(
+        "model",
+        name,
+        "\"pmb\", a law of the catalogue or a .pd file",
+    )?;
+    match section
+        .reader
+        .language
+        .law(name.value, section.reader.directory, dim)
+    {
+        Ok(law) => Some(law),
+        Err(error) => {
+            let problem = Problem::new(error.message).at(name.span, "");
+            section.reader.complain(Problem {
+                help: error.help,
+                report: error.report,
+                ..problem
+            });
+            None
+        }
+    }
+}
+
+fn parameter(section: &Section<'_>, param: &ParamSpec) -> Option<f64> {
+    let default = match param.default {
+        Some(Number::Finite(v)) => Some(v),
+        Some(Number::Infinite) => Some(f64::INFINITY),
+        None => None,
+    };
+    if section.value(&param.name).is_none() && default.is_some() {
+        return default;
+    }
+    let found = section.quantity(&param.name, param.exponents);
+    let found = section.require(&param.name, found, &example(param))?;
+    if let Some(allowed) = outside(param, found.value) {
+        let shown = section.reader.shown(found.value, param.exponents);
+        let problem = Problem::new(format!("`{}` is out of its bounds", param.name))
+            .at(found.span, format!("this is {shown}, expected {allowed}"));
+        section.reader.complain(match param.doc.is_empty() {
+            true => problem,
+            false => problem.help(format!("`{}` is the {}", param.name, param.doc)),
+        });
+        return None;
+    }
+    Some(found.value)
+}
+
+fn example(param: &ParamSpec) -> String {
+    let value = if param.unit.is_empty() {
+        "..".into()
+    } else {
+        format!("\".. {}\"", param.unit)
+    };
+    if param.doc.is_empty() {
+        value
+    } else {
+        format!("{value}, the {}", param.doc)
+    }
+}
+
+/// The bounds in words, when `value` breaks them.
+fn outside(param: &ParamSpec, value: f64) -> Option<String> {
+    let below = param
+        .lower
+        .is_some_and(|(b, open)| value < b || (value == b && !open));
+    let above = param
+        .upper
+        .is_some_and(|(b, open)| value > b || (value == b && !open));
+    let side = |bound: Option<(f64, bool)>, strict: &str, loose: &str| {
+        bound.map(|(b, included)| format!("{} {b}", if included { loose } else { strict }))
+    };
+    let words = [side(param.lower, ">", ">="), side(param.upper, "<", "<=")];
+    (below || above).then(|| {
+        words
+            .into_iter()
+            .flatten()
+            .collect::<Vec<_>>()
+            .join(" and ")
+    })
+}
+
+/// `influence = "1/x"` for a law with one, `influence = { a = "1/x", b = .. }` for a law with several.
+fn influences(section: &Section<'_>, law: &Law) -> Option<Vec<(InfluenceFn, Vec<f64>)>> {
+    let slots = &law.spec.influences;
+    let given: Vec<Option<&Value>> = match section.value("influence") {
+        None => vec![None; slots.len()],
+        Some(value) => match &value.data {
+            Data::Table(_) => named(section, law)?,
+            _ if slots.len() == 1 => vec![Some(value)],
+            _ => {
+                let problem = Problem::new(format!("`influence` does not fit `{}`", law.spec.law))
+                    .at(
+                        value.span.clone(),
+                        format!("the law has {} influence functions", slots.len()),
+                    );
+                section.reader.complain(problem);
+                return None;
+            }
+        },
+    };
+    let found: Vec<_> = slots
+        .iter()
+        .zip(given)
+        .map(|(slot, value)| influence(section, slot, value))
+        .collect();
+    found.into_iter().collect()
+}
+
+fn named<'a>(section: &Section<'a>, law: &Law) -> Option<Vec<Option<&'a Value>>> {
+    let table = section.section("influence")?;
+    let given = law
+        .spec
+        .influences
+        .iter()
+        .map(|slot| table.value(&slot.name))
+        .collect();
+    table.finish();
+    Some(given)
+}
+
+fn influence(
+    section: &Section<'_>,
+    slot: &crate::spec::InfluenceSpec,
+    value: Option<&Value>,
+) -> Option<(InfluenceFn, Vec<f64>)> {
+    match (value, &slot.default) {
+        (
+            Some(Value {
+                data: Data::Text(text),
+                ..
+            }),
+            _,
+        ) => {
+            let place = value?;
+            let found = section.reader.language.influence(text);
+            found
+                .map_err(|e| section.reader.complain_all(e, text, place))
+                .ok()
+        }
+        (Some(value), _) => section
+            .reader
+            .wrong_type(value, "an influence function in quotes"),
+        (None, Some(default)) => Some((default.clone(), Vec::new())),
+        (None, None) => section.require(
+            "influence",
+            None,
+            "\"softened(p = 0, eps = 0.5 mm)\" or an expression such as \"1/x\"",
+        ),
+    }
+}

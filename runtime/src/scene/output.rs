@@ -1,0 +1,214 @@
+//! `[output]`: what a run writes, and when.
+
+use super::document::{Data, Value};
+use super::problem::Problem;
+use super::section::{Section, listed, nearest};
+use super::shape;
+use crate::language::dimension::TIME;
+use crate::observe::{Outputs, Picture, Schedule, View};
+use crate::simulate::End;
+use crate::spec::Spec;
+
+const VIEWS: [(&str, View); 5] = [
+    ("top", View::Top),
+    ("bottom", View::Bottom),
+    ("front", View::Front),
+    ("side", View::Side),
+    ("above", View::Above),
+];
+
+/// Rows that a history has when the scene does not say how often.
+const ROWS: u64 = 200;
+
+/// What is written, and whether a table of nodes is.
+pub(super) fn read(section: Section<'_>, spec: &Spec, end: Option<End>) -> Option<(Outputs, bool)> {
+    let fields = schedule(&section, "every", Schedule::Ends);
+    let history = schedule(&section, "history", usual_history(end));
+    let checkpoints = schedule(&section, "checkpoint", Schedule::Never);
+    let quantities = quantities(&section, spec);
+    let nodes = section.flag("nodes");
+    let pictured = section.value("picture").is_some();
+    let usual = if pictured {
+        Schedule::Ends
+    } else {
+        Schedule::Never
+    };
+    let pictures = schedule(&section, "pictures", usual);
+    let mut views: Vec<_> = section
+        .sections("picture")
+        .into_iter()
+        .map(|s| picture(s, spec))
+        .collect();
+    if views.is_empty() && pictures.as_ref().is_some_and(|p| *p != Schedule::Never) {
+        views.push(Some(usual_picture()));
+    }
+    section.finish();
+    let outputs = Outputs {
+        history: history?,
+        fields: fields?,
+        quantities: quantities?,
+        pictures: pictures?,
+        views: views.into_iter().collect::<Option<_>>()?,
+        checkpoints: checkpoints?,
+    };
+    Some((outputs, nodes.unwrap_or(false)))
+}
+
+fn usual_history(end: Option<End>) -> Schedule {
+    match end {
+        Some(End::Steps(n)) => Schedule::Steps((n / ROWS).max(1)),
+        Some(End::Time(t)) => Schedule::Period(t / ROWS as f64),
+        None => Schedule::Ends,
+    }
+}
+
+fn usual_picture() -> Picture {
+    Picture {
+        name: "damage".into(),
+        quantity: "damage".into(),
+        view: View::Top,
+        range: None,
+        width: 800,
+        deformed: false,
+        region: None,
+    }
+}
+
+/// A number of steps, a period in time, a list of times, `"ends"` or `"never"`.
+fn schedule(section: &Section<'_>, key: &str, usual: Schedule) -> Option<Schedule> {
+    let Some(value) = section.value(key) else {
+        return Some(usual);
+    };
+    match &value.data {
+        Data::Text(word) if word == "never" => Some(Schedule::Never),
+        Data::Text(word) if word == "ends" => Some(Schedule::Ends),
+        Data::Number(_, true) => section.count(key, 1).map(Schedule::Steps),
+        Data::List(list) => {
+            let times = list.iter().map(|v| section.reader.quantity(v, TIME));
+            times.collect::<Option<Vec<f64>>>().map(Schedule::Times)
+        }
+        Data::Text(_) => section.positive(key, TIME).map(|t| Schedule::Period(t.value)),
+        _ => section.reader.wrong_type(
+            value,
+            "a whole number of steps, a period such as \"10 us\", a list of times, \"ends\" or \"never\"",
+        ),
+    }
+}
+
+/// What can be written for this law.
+fn known(spec: &Spec) -> Vec<&str> {
+    let mut names = vec![
+        "displacement",
+        "velocity",
+        "force",
+        "damage",
+        "position",
+        "volume",
+    ];
+    if spec.energy.is_some() {
+        names.push("energy");
+    }
+    names.extend(spec.fields.iter().map(|f| f.name.as_str()));
+    names.extend(spec.named.iter().map(|(name, _)| name.as_str()));
+    names
+}
+
+fn quantities(section: &Section<'_>, spec: &Spec) -> Option<Vec<String>> {
+    let Some(value) = section.value("fields") else {
+        return Some(
+            ["displacement", "velocity", "damage"]
+                .map(String::from)
+                .to_vec(),
+        );
+    };
+    let Data::List(list) = &value.data else {
+        return section
+            .reader
+            .wrong_type(value, "a list of names such as [\"damage\"]");
+    };
+    let names: Vec<_> = list
+        .iter()
+        .map(|v| quantity(section, v, spec, false))
+        .collect();
+    names.into_iter().collect()
+}
+
+/// The name of something that can be written; pictures may ask for a component, `velocity.z`.
+fn quantity(section: &Section<'_>, value: &Value, spec: &Spec, part: bool) -> Option<String> {
+    let Data::Text(name) = &value.data else {
+        return section.reader.wrong_type(value, "a name in quotes");
+    };
+    let known = known(spec);
+    let whole = match name.split_once('.') {
+        Some((whole, "x" | "y" | "z")) if part => whole,
+        _ => name,
+    };
+    if known.contains(&whole) {
+        return Some(name.clone());
+    }
+    let problem = Problem::new(format!("`{}` has no quantity `{name}`", spec.law))
+        .at(value.span.clone(), format!("expected {}", listed(&known)));
+    section.reader.complain(match nearest(whole, &known) {
+        Some(near) => problem.help(format!("did you mean \"{near}\"?")),
+        None => problem,
+    });
+    None
+}
+
+/// `[[output.picture]]`.
+fn picture(section: Section<'_>, spec: &Spec) -> Option<Picture> {
+    let usual = usual_picture();
+    let quantity = match section.value("of") {
+        Some(value) => quantity(&section, value, spec, true),
+        None => Some(usual.quantity),
+    };
+    let view = section.choice("view", &VIEWS);
+    let range = range(&section);
+    let width = section.count("width", 16);
+    let deformed = section.flag("deformed");
+    let name = section.text("name").map(|n| n.value.to_string());
+    let region = section
+        .value("region")
+        .map(|_| shape::read(&section, "region", spec.dim));
+    section.finish();
+    let quantity = quantity?;
+    Some(Picture {
+        name: name.unwrap_or_else(|| quantity.replace('.', "_")),
+        quantity,
+        view: view.unwrap_or_default(),
+        range: range?,
+        width: width.map_or(usual.width, |w| w.min(8192) as u32),
+        deformed: deformed.unwrap_or(false),
+        region: match region {
+            Some(shape) => Some(shape?),
+            None => None,
+        },
+    })
+}
+
+/// `range = [0, 1]`, in SI units.
+fn range(section: &Section<'_>) -> Option<Option<(f64, f64)>> {
+    let Some(value) = section.value("range") else {
+        return Some(None);
+    };
+    match &value.data {
+        Data::List(list) => match list.as_slice() {
+            [
+                Value {
+                    data: Data::Number(a, _),
+                    ..
+                },
+                Value {
+                    data: Data::Number(b, _),
+                    ..
+                },
+            ] if a < b => Some(Some((*a, *b))),
+            _ => section
+                .reader
+                .wrong_type(value, "two numbers, the smaller one first"),
+        },
+        _ => section
+            .reader
+            .wrong_type(value, "two numbers, the smaller one first"),
+    }
+}

@@ -1,0 +1,97 @@
+//! The scenes of `scenes/` reproduce other codes and the exact solution of the pulse.
+
+use std::path::Path;
+
+use pdlang_models::language::Pdlang;
+use pdlang_runtime::engine::Breaking;
+use pdlang_runtime::scene::Scene;
+use pdlang_runtime::simulate::Simulation;
+use pdlang_tests::block::{AMPLITUDE, lammps_displacements, largest_difference, relative_error};
+use pdlang_tests::pulse;
+use pdlang_tests::reference::Table;
+
+fn finished(scene: &str) -> Simulation {
+    let path = format!("scenes/{scene}.toml");
+    let scene = Scene::read(Path::new(&path), &Pdlang).unwrap_or_else(|e| panic!("{e}"));
+    let mut simulation = scene.simulation().unwrap_or_else(|e| panic!("{e}"));
+    simulation.run(&mut ()).unwrap_or_else(|e| panic!("{path}: {e}"));
+    simulation
+}
+
+/// Three components per node, in the order of the body.
+fn per_node(simulation: &Simulation, arrays: &[Vec<f64>]) -> Vec<[f64; 3]> {
+    let slot = |node| simulation.engine.slot(node);
+    let nodes = simulation.body.x.len();
+    (0..nodes).map(|n| std::array::from_fn(|d| arrays[d][slot(n)])).collect()
+}
+
+fn forces(scene: &str) -> Vec<[f64; 3]> {
+    let mut simulation = finished(scene);
+    let Simulation { engine, state, .. } = &mut simulation;
+    engine.forces(state, Breaking::Held);
+    let force = engine.force().to_vec();
+    per_node(&simulation, &force)
+}
+
+fn displacements(scene: &str) -> Vec<[f64; 3]> {
+    let simulation = finished(scene);
+    per_node(&simulation, &simulation.state.u)
+}
+
+/// The bounds are those of the comparison with a plain implementation: 1e-12 of the largest force, 1e-11 of
+/// the amplitude after 100 steps.
+fn reproduces(scene: &str, data: &str, displacement: impl Fn(&Table) -> Vec<[f64; 3]>) {
+    let start = Table::read(&format!("{data}.0")).expect("reference data");
+    let error = relative_error(&forces(&format!("{scene}_0")), &start.vectors(["fx", "fy", "fz"]));
+    println!("{scene}, force: {error:.2e}");
+    assert!(error <= 1e-12, "{scene}: the forces differ by {error:e}");
+    let end = Table::read(&format!("{data}.100")).expect("reference data");
+    let u = displacements(&format!("{scene}_100"));
+    let error = largest_difference(&u, &displacement(&end)) / AMPLITUDE;
+    println!("{scene}, displacement: {error:.2e}");
+    assert!(error <= 1e-11, "{scene}: the displacements differ by {error:e} of the amplitude");
+}
+
+#[test]
+fn pmb_of_lammps() {
+    reproduces("lammps_pmb", "lammps/pmb_wave", lammps_displacements);
+}
+
+#[test]
+fn lps_of_lammps() {
+    reproduces("lammps_lps", "lammps/lps_wave", lammps_displacements);
+}
+
+fn cabanapd(scene: &str, data: &str) {
+    reproduces(scene, data, |t| t.vectors(["ux", "uy", "uz"]));
+}
+
+#[test]
+fn pmb_of_cabanapd() {
+    cabanapd("cabanapd_pmb", "cabanapd/pmb");
+}
+
+#[test]
+fn lps_of_cabanapd_with_a_constant_influence() {
+    cabanapd("cabanapd_lps_constant", "cabanapd/lps_infl0");
+}
+
+#[test]
+fn lps_of_cabanapd_with_inverse_length() {
+    cabanapd("cabanapd_lps_inverse", "cabanapd/lps_infl1");
+}
+
+#[test]
+fn the_pulse_after_2000_steps() {
+    for (column, p) in pulse::EXPONENTS.iter().enumerate() {
+        let simulation = finished(&format!("pulse_p{p}"));
+        for probe in pulse::PROBES.iter().filter(|probe| probe.step == 2000) {
+            let node = (probe.x / pulse::DX) as usize;
+            assert_eq!(simulation.body.x[node][0], probe.x);
+            let u = simulation.state.u[0][simulation.engine.slot(node)];
+            let error = (u - probe.u[column]).abs();
+            // The tolerance that the reference states for its Verlet columns.
+            assert!(error < 1e-9, "p = {p}, x = {}: {u} instead of {}", probe.x, probe.u[column]);
+        }
+    }
+}
