@@ -131,7 +131,11 @@ impl<'a> Plain<'a> {
             reverse: body.bonds.iter().map(|b| reverse(body, b)).collect(),
         };
         for h in &spec.histories {
-            plain.histories.push(if h.bond { vec![h.initial; bonds] } else { Vec::new() });
+            plain.histories.push(if h.bond {
+                vec![h.initial; bonds]
+            } else {
+                Vec::new()
+            });
             if let Some((slot, _)) = h.slot {
                 plain.slots[slot as usize] = vec![h.initial; nodes];
             }
@@ -149,7 +153,9 @@ impl<'a> Plain<'a> {
 
     fn filter(&mut self) {
         for (k, family) in self.spec.families.iter().enumerate() {
-            let Some(filter) = &family.filter else { continue };
+            let Some(filter) = &family.filter else {
+                continue;
+            };
             let keep = |b: usize| {
                 let mut reader = self.reader(self.body.bonds[b].from);
                 reader.xi = self.body.bonds[b].xi;
@@ -176,7 +182,9 @@ impl<'a> Plain<'a> {
     /// After [`Plain::force`] at the same state.
     pub fn energy(&mut self, state: &State) -> Vec<f64> {
         self.run(Stage::Energy, state);
-        self.spec.energy.map_or_else(Vec::new, |slot| self.slots[slot as usize].clone())
+        self.spec
+            .energy
+            .map_or_else(Vec::new, |slot| self.slots[slot as usize].clone())
     }
 
     /// After [`Plain::force`] at the same state.
@@ -202,8 +210,11 @@ impl<'a> Plain<'a> {
     }
 
     fn vectors(&self, slots: &[u32]) -> Vec<[f64; 3]> {
-        let component = |i: usize, a: usize| slots.get(a).map_or(0.0, |s| self.slots[*s as usize][i]);
-        (0..self.body.nodes.len()).map(|i| std::array::from_fn(|a| component(i, a))).collect()
+        let component =
+            |i: usize, a: usize| slots.get(a).map_or(0.0, |s| self.slots[*s as usize][i]);
+        (0..self.body.nodes.len())
+            .map(|i| std::array::from_fn(|a| component(i, a)))
+            .collect()
     }
 
     fn run(&mut self, stage: Stage, state: &State) {
@@ -333,8 +344,12 @@ impl Read<'_, '_> {
             Op::Delta => plain.settings.horizon,
             Op::Case(arms) => regs[arms[plain.settings.flavour as usize] as usize],
             Op::Ball(tape) => self.ball(tape),
-            Op::Own(k) => plain.slots[sweep.expect("a sweep runs").own[*k as usize] as usize][self.node],
-            Op::Nbr(k) => plain.slots[sweep.expect("a sweep runs").nbr[*k as usize] as usize][bond().to],
+            Op::Own(k) => {
+                plain.slots[sweep.expect("a sweep runs").own[*k as usize] as usize][self.node]
+            }
+            Op::Nbr(k) => {
+                plain.slots[sweep.expect("a sweep runs").nbr[*k as usize] as usize][bond().to]
+            }
             Op::Geo(k) => self.geo[*k as usize],
             Op::Pre(k) => self.pre[*k as usize],
             Op::Acc(k) => self.acc[*k as usize],
@@ -385,7 +400,10 @@ fn reverse(body: &Body, bond: &pdlang::oracle::Bond) -> usize {
         let gap: f64 = (0..3).map(|k| (bond.xi[k] + b.xi[k]).abs()).sum();
         (b.from, b.to) == (bond.to, bond.from) && gap <= 1e-9 * bond.length()
     };
-    body.bonds.iter().position(opposite).expect("every bond has its reverse")
+    body.bonds
+        .iter()
+        .position(opposite)
+        .expect("every bond has its reverse")
 }
 
 /// Components of a value of the given dimension, without repetition, in the order of the slots.
@@ -395,7 +413,9 @@ pub fn components(value: &Value<f64>, dim: usize, symmetric: bool) -> Vec<f64> {
         Value::Vector(a) => a[..dim].to_vec(),
         Value::Tensor(t) => {
             let first = |i: usize| if symmetric { i } else { 0 };
-            (0..dim).flat_map(|i| t[i][first(i)..dim].to_vec()).collect()
+            (0..dim)
+                .flat_map(|i| t[i][first(i)..dim].to_vec())
+                .collect()
         }
         Value::Boolean(b) => vec![f64::from(u8::from(*b))],
     }
