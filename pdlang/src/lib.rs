@@ -1,15 +1,22 @@
 //! The language: text to kernel.
 pub mod assemble;
+pub mod ast;
+mod check;
 pub mod constants;
 pub mod derive;
+pub mod diag;
 pub mod direct;
+pub mod front;
 pub mod ir;
 pub mod lower;
 pub mod oracle;
+mod parse;
 pub mod plan;
 pub mod poly;
 pub mod print;
+pub mod quantity;
 pub mod ratio;
+mod resolve;
 pub mod rust;
 pub mod schedule;
 pub mod span;

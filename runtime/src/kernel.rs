@@ -12,7 +12,10 @@
 ///
 /// `rsqrt` need not be correctly rounded, but it is a pure function of its argument, the same for every
 /// lane of one type: an undeformed bond then has exactly no stretch.
-pub trait Lane: Copy + Send + Sync + 'static {
+///
+/// Sealed: the vector types stay inside the runtime, because their safe operators are only sound below a
+/// wrapper that has checked for the instruction set.
+pub trait Lane: crate::lane::Sealed + Copy + Send + Sync + 'static {
     const W: usize;
     /// One truth value per lane.
     type Mask: Copy;
@@ -104,4 +107,85 @@ pub fn norm_squared<L: Lane, const D: usize>(v: [L; D]) -> L {
         a += 1;
     }
     s
+}
+
+/// A law compiled into the program: at most one kernel per dimension.
+pub struct CompiledLaw {
+    pub name: &'static str,
+    pub kernels: &'static [CompiledKernel],
+}
+
+/// A law at one dimension, with machine code for some of its sweeps; the others are interpreted.
+pub struct CompiledKernel {
+    pub dim: usize,
+    /// The [`crate::spec::Spec`] as JSON.
+    pub spec: &'static str,
+    /// Position in `Spec::sweeps`, and the instances made by [`crate::sweep_entries!`].
+    pub sweeps: &'static [(usize, Entries)],
+}
+
+/// One instance of a sweep: the chunks `from..to` of a call.
+///
+/// # Safety
+/// The processor has the instruction set of the instance, and the call was made for this traversal.
+pub type Run = unsafe fn(&crate::traverse::Call, usize, usize);
+
+/// The instances of one sweep for one instruction set; `[0]` for chunks whose families are whole, `[1]` for any chunk.
+#[derive(Clone, Copy)]
+pub struct Instances {
+    pub lattice: [Run; 2],
+    pub cloud: [Run; 2],
+}
+
+/// Every instance of one sweep.
+#[derive(Clone, Copy)]
+pub struct Entries {
+    pub scalar: Instances,
+    #[cfg(target_arch = "x86_64")]
+    pub avx2: Instances,
+    #[cfg(target_arch = "x86_64")]
+    pub avx512: Instances,
+}
+
+/// The [`Entries`] of a unit struct that implements `Sweep<D>`: `sweep_entries!(Force, 3)`.
+///
+/// Every instance is a function of its own, not generic, so that they compile in parallel; each enables
+/// the instruction set for everything that is inlined into it.
+#[macro_export]
+macro_rules! sweep_entries {
+    ($sweep:path, $dim:literal) => {{
+        $crate::sweep_entries!(@scalar ls_whole ls_any lattice_scalar $sweep, $dim);
+        $crate::sweep_entries!(@scalar cs_whole cs_any cloud_scalar $sweep, $dim);
+        $crate::sweep_entries!(@vector "avx2,fma" l2_whole l2_any lattice_avx2 $sweep, $dim);
+        $crate::sweep_entries!(@vector "avx2,fma" c2_whole c2_any cloud_avx2 $sweep, $dim);
+        $crate::sweep_entries!(@vector "avx512f,avx512dq,avx512vl,avx2,fma" l5_whole l5_any lattice_avx512 $sweep, $dim);
+        $crate::sweep_entries!(@vector "avx512f,avx512dq,avx512vl,avx2,fma" c5_whole c5_any cloud_avx512 $sweep, $dim);
+        $crate::kernel::Entries {
+            scalar: $crate::kernel::Instances { lattice: [ls_whole, ls_any], cloud: [cs_whole, cs_any] },
+            #[cfg(target_arch = "x86_64")]
+            avx2: $crate::kernel::Instances { lattice: [l2_whole, l2_any], cloud: [c2_whole, c2_any] },
+            #[cfg(target_arch = "x86_64")]
+            avx512: $crate::kernel::Instances { lattice: [l5_whole, l5_any], cloud: [c5_whole, c5_any] },
+        }
+    }};
+    (@scalar $whole:ident $any:ident $run:ident $sweep:path, $dim:literal) => {
+        unsafe fn $whole(call: &$crate::traverse::Call, from: usize, to: usize) {
+            unsafe { $crate::traverse::$run::<$sweep, $dim, false>(&$sweep, call, from, to) }
+        }
+        unsafe fn $any(call: &$crate::traverse::Call, from: usize, to: usize) {
+            unsafe { $crate::traverse::$run::<$sweep, $dim, true>(&$sweep, call, from, to) }
+        }
+    };
+    (@vector $features:literal $whole:ident $any:ident $run:ident $sweep:path, $dim:literal) => {
+        #[cfg(target_arch = "x86_64")]
+        #[target_feature(enable = $features)]
+        unsafe fn $whole(call: &$crate::traverse::Call, from: usize, to: usize) {
+            unsafe { $crate::traverse::$run::<$sweep, $dim, false>(&$sweep, call, from, to) }
+        }
+        #[cfg(target_arch = "x86_64")]
+        #[target_feature(enable = $features)]
+        unsafe fn $any(call: &$crate::traverse::Call, from: usize, to: usize) {
+            unsafe { $crate::traverse::$run::<$sweep, $dim, true>(&$sweep, call, from, to) }
+        }
+    };
 }

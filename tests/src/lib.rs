@@ -5,5 +5,6 @@ pub mod block;
 pub mod bodies;
 pub mod bridge;
 pub mod naive;
+pub mod plain;
 pub mod pulse;
 pub mod reference;

@@ -7,7 +7,6 @@ use super::value::{self, Value};
 use super::{Error, Oracle};
 use crate::ir::{BinaryOp, Builtin, ExprId, ExprKind, FamilyId, HistoryId, Home, Law, Reduction};
 use std::cell::RefCell;
-use std::collections::HashMap;
 
 /// Where an expression is read.
 #[derive(Clone, Copy, Debug)]
@@ -28,7 +27,8 @@ pub(super) struct Evaluator<'o, 'a, T> {
     u: Vec<[T; 3]>,
     /// Bond and component whose relative displacement alone carries a derivative.
     stretched: Option<(usize, usize, T)>,
-    known: RefCell<HashMap<(ExprId, usize), Value<T>>>,
+    /// Per expression, filled when first asked for: per node, and at the end for constants.
+    known: RefCell<Vec<Vec<Option<Value<T>>>>>,
 }
 
 impl<'o, 'a, T: Real> Evaluator<'o, 'a, T> {
@@ -47,7 +47,7 @@ impl<'o, 'a, T: Real> Evaluator<'o, 'a, T> {
             state,
             u,
             stretched: None,
-            known: RefCell::new(HashMap::new()),
+            known: RefCell::new(vec![Vec::new(); oracle.law.exprs.len()]),
         })
     }
 
@@ -107,20 +107,22 @@ impl<'o, 'a, T: Real> Evaluator<'o, 'a, T> {
         node: usize,
         compute: impl FnOnce() -> Result<Value<T>, Error>,
     ) -> Result<Value<T>, Error> {
-        if let Some(value) = self.known.borrow().get(&(id, node)) {
+        if let Some(Some(value)) = self.known.borrow()[id.index()].get(node) {
             return Ok(*value);
         }
         let value = compute()?;
-        self.known.borrow_mut().insert((id, node), value);
+        let row = &mut self.known.borrow_mut()[id.index()];
+        row.resize(self.oracle.body.nodes.len() + 1, None);
+        row[node] = Some(value);
         Ok(value)
     }
 
     fn definition(&self, k: usize, place: Place) -> Result<Value<T>, Error> {
         let def = &self.oracle.law.defs[k];
         match def.home {
-            Home::Constant => {
-                self.remember(def.expr, usize::MAX, || self.at(def.expr, Place::Nowhere))
-            }
+            Home::Constant => self.remember(def.expr, self.oracle.body.nodes.len(), || {
+                self.at(def.expr, Place::Nowhere)
+            }),
             Home::Node => {
                 let node = self.node(place)?;
                 self.remember(def.expr, node, || self.at(def.expr, Place::Node(node)))
@@ -286,13 +288,13 @@ impl<'o, 'a, T: Real> Evaluator<'o, 'a, T> {
         }
     }
 
+    /// A component beyond the dimension is zero: nothing moves or strains there.
     fn component(&self, a: ExprId, index: &[u8], place: Place) -> Result<Value<T>, Error> {
-        if index.iter().any(|k| *k as usize >= self.oracle.dim()) {
-            return Err(Error("a component beyond the dimension of the body".into()));
-        }
         match (self.at(a, place)?, index) {
-            (Value::Vector(v), [k]) => Ok(Value::Scalar(v[*k as usize])),
-            (Value::Tensor(t), [i, k]) => Ok(Value::Scalar(t[*i as usize][*k as usize])),
+            (Value::Vector(v), [k @ 0..3]) => Ok(Value::Scalar(v[*k as usize])),
+            (Value::Tensor(t), [i @ 0..3, k @ 0..3]) => {
+                Ok(Value::Scalar(t[*i as usize][*k as usize]))
+            }
             _ => Err(Error("a component of what has none".into())),
         }
     }

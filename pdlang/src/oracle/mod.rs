@@ -12,6 +12,7 @@
 
 mod body;
 mod evaluate;
+mod force;
 mod influence;
 mod number;
 mod quadrature;
@@ -80,6 +81,10 @@ pub struct Oracle<'a> {
     balls: Vec<Option<f64>>,
     /// Whether an expression depends on a sum.
     sums: Vec<bool>,
+    /// Whether a sum is read at the other end of a bond.
+    second_ring: bool,
+    /// Per node: the nodes whose energy its displacement can change.
+    reaches: Vec<Vec<bool>>,
 }
 
 impl<'a> Oracle<'a> {
@@ -104,7 +109,14 @@ impl<'a> Oracle<'a> {
             omega: Vec::new(),
             balls: vec![None; law.exprs.len()],
             sums: depends_on_sums(law),
+            second_ring: false,
+            reaches: Vec::new(),
         };
+        oracle.second_ring = law.exprs.iter().any(|expr| match expr.kind {
+            ExprKind::Prime(a) => oracle.sums[a.index()],
+            _ => false,
+        });
+        oracle.reaches = oracle.reaches();
         oracle.omega = oracle.influence_values()?;
         oracle.member = vec![vec![true; body.bonds.len()]; law.families.len()];
         oracle.integrate_balls()?;
@@ -120,90 +132,6 @@ impl<'a> Oracle<'a> {
     /// Whether bond `bond` of the body belongs to family `family`.
     pub fn in_family(&self, family: FamilyId, bond: usize) -> bool {
         self.member[family.index()][bond]
-    }
-
-    /// Strain energy density of every node [J/m^3]; zero for a law without energy.
-    ///
-    /// # Errors
-    /// When the state does not fit the law.
-    pub fn energy(&self, state: &State) -> Result<Vec<f64>, Error> {
-        let evaluator = self.evaluator(state)?;
-        self.energy_density(&evaluator)
-    }
-
-    /// Force density of every node [N/m^3].
-    ///
-    /// # Errors
-    /// When the state does not fit the law.
-    pub fn force(&self, state: &State) -> Result<Vec<[f64; 3]>, Error> {
-        let mut force = self.direct_force(&self.evaluator(state)?)?;
-        if self.has_energy() {
-            for (k, f) in force.iter_mut().enumerate() {
-                for (a, f) in f.iter_mut().enumerate().take(self.dim()) {
-                    *f -= self.slope_of_energy(state, k, a)?;
-                }
-            }
-        }
-        Ok(force)
-    }
-
-    /// Derivative of the force density along the displacement increment `du` [N/m^3].
-    ///
-    /// # Errors
-    /// When the state does not fit the law.
-    pub fn tangent(&self, state: &State, du: &[[f64; 3]]) -> Result<Vec<[f64; 3]>, Error> {
-        let moved = |i: usize, a: usize| Dual::new(state.u[i][a], du[i][a]);
-        let evaluator = Evaluator::new(self, state, self.displacements(moved))?;
-        let direct = self.direct_force(&evaluator)?;
-        let mut tangent: Vec<[f64; 3]> = direct.iter().map(|f| f.map(|c| c.slope)).collect();
-        if self.has_energy() {
-            for (k, t) in tangent.iter_mut().enumerate() {
-                for (a, t) in t.iter_mut().enumerate().take(self.dim()) {
-                    *t -= self.curvature_of_energy(state, du, k, a)?;
-                }
-            }
-        }
-        Ok(tangent)
-    }
-
-    /// Force on node `from` by node `to`, per directed bond of the body: T_ij - T_ji [N/m^6]; zero where the
-    /// bond is broken in every family that bears force. For an energy, T is its derivative by the bond alone.
-    ///
-    /// # Errors
-    /// When the state does not fit the law.
-    pub fn bond_forces(&self, state: &State) -> Result<Vec<[f64; 3]>, Error> {
-        let mut half = vec![[0.0; 3]; self.body.bonds.len()];
-        if self.has_energy() {
-            for (b, t) in half.iter_mut().enumerate() {
-                *t = self.slope_by_bond(state, b)?;
-            }
-        }
-        let evaluator = self.evaluator(state)?;
-        let mut forces = vec![[0.0; 3]; self.body.bonds.len()];
-        for (b, f) in forces.iter_mut().enumerate() {
-            let back = self.reverse[b].map_or([0.0; 3], |r| half[r]);
-            let direct = self.direct_bond_force(&evaluator, b)?;
-            *f = std::array::from_fn(|a| half[b][a] - back[a] + direct[a]);
-        }
-        Ok(forces)
-    }
-
-    /// Largest sum of force magnitudes of one node's bonds, max_i sum_j |f_ij| w_ij [N/m^3]: what rounding
-    /// errors of a force are measured against.
-    ///
-    /// # Errors
-    /// When the state does not fit the law.
-    pub fn force_scale(&self, state: &State) -> Result<f64, Error> {
-        let forces = self.bond_forces(state)?;
-        let size = |b: &usize| {
-            let norm: f64 = forces[*b].iter().map(|c| c * c).sum();
-            norm.sqrt() * self.body.bonds[*b].weight
-        };
-        Ok(self
-            .bonds_of
-            .iter()
-            .map(|own| own.iter().map(size).sum())
-            .fold(0.0, f64::max))
     }
 
     /// Time derivatives of the fields, per node.
@@ -286,19 +214,6 @@ impl<'a> Oracle<'a> {
         self.settings.flavour.dim()
     }
 
-    fn has_energy(&self) -> bool {
-        self.law
-            .responses
-            .iter()
-            .any(|r| matches!(r, Response::Energy(_)))
-    }
-
-    fn displacements<T>(&self, of: impl Fn(usize, usize) -> T) -> Vec<[T; 3]> {
-        (0..self.body.nodes.len())
-            .map(|i| std::array::from_fn(|a| of(i, a)))
-            .collect()
-    }
-
     fn evaluator<'o>(&'o self, state: &'o State) -> Result<Evaluator<'o, 'a, f64>, Error> {
         Evaluator::new(self, state, state.u.clone())
     }
@@ -309,115 +224,16 @@ impl<'a> Oracle<'a> {
             .collect()
     }
 
-    fn energy_density<T: Real>(&self, evaluator: &Evaluator<T>) -> Result<Vec<T>, Error> {
-        let mut density = vec![T::constant(0.0); self.body.nodes.len()];
-        for response in &self.law.responses {
-            if let Response::Energy(expr) = response {
-                for (i, w) in density.iter_mut().enumerate() {
-                    *w = *w + evaluator.at(*expr, Place::Node(i))?.scalar()?;
-                }
-            }
+    /// The node itself and its neighbours; everyone, where the law looks beyond them.
+    fn reaches(&self) -> Vec<Vec<bool>> {
+        let nodes = self.body.nodes.len();
+        let mut reaches = vec![vec![self.second_ring; nodes]; nodes];
+        for bond in &self.body.bonds {
+            reaches[bond.from][bond.from] = true;
+            reaches[bond.from][bond.to] = true;
+            reaches[bond.to][bond.from] = true;
         }
-        Ok(density)
-    }
-
-    /// sum_i V_i W_i / V_k, whose slope along u_k is minus the force density of node k.
-    fn energy_over<T: Real>(&self, evaluator: &Evaluator<T>, k: usize) -> Result<T, Error> {
-        let mut sum = T::constant(0.0);
-        for (node, w) in self.body.nodes.iter().zip(self.energy_density(evaluator)?) {
-            sum = sum + w * T::constant(node.volume / self.body.nodes[k].volume);
-        }
-        Ok(sum)
-    }
-
-    fn slope_of_energy(&self, state: &State, k: usize, a: usize) -> Result<f64, Error> {
-        let seed =
-            |i: usize, c: usize| Dual::new(state.u[i][c], if (i, c) == (k, a) { 1.0 } else { 0.0 });
-        let evaluator = Evaluator::new(self, state, self.displacements(seed))?;
-        Ok(self.energy_over(&evaluator, k)?.slope)
-    }
-
-    fn curvature_of_energy(
-        &self,
-        state: &State,
-        du: &[[f64; 3]],
-        k: usize,
-        a: usize,
-    ) -> Result<f64, Error> {
-        let seed = |i: usize, c: usize| {
-            let unit = if (i, c) == (k, a) { 1.0 } else { 0.0 };
-            Dual::new(Dual::new(state.u[i][c], du[i][c]), Dual::new(unit, 0.0))
-        };
-        let evaluator = Evaluator::new(self, state, self.displacements(seed))?;
-        Ok(self.energy_over(&evaluator, k)?.slope.slope)
-    }
-
-    /// T_ij: derivative of the total energy by the relative displacement of one directed bond, over V_i w_ij.
-    fn slope_by_bond(&self, state: &State, b: usize) -> Result<[f64; 3], Error> {
-        let Bond { from, weight, .. } = self.body.bonds[b];
-        let mut slope = [0.0; 3];
-        for (a, slope) in slope.iter_mut().enumerate().take(self.dim()) {
-            let rest = |i: usize, c: usize| Dual::new(state.u[i][c], 0.0);
-            let mut evaluator = Evaluator::new(self, state, self.displacements(rest))?;
-            evaluator.stretch_only(b, a);
-            *slope = self.energy_over(&evaluator, from)?.slope / weight;
-        }
-        Ok(slope)
-    }
-
-    /// Sum over the bonds of each node of the force densities that the law states outright.
-    fn direct_force<T: Real>(&self, evaluator: &Evaluator<T>) -> Result<Vec<[T; 3]>, Error> {
-        let mut force = vec![value::zero_vector(); self.body.nodes.len()];
-        for (b, bond) in self.body.bonds.iter().enumerate() {
-            let (f, weight) = (
-                self.direct_bond_force(evaluator, b)?,
-                T::constant(bond.weight),
-            );
-            let own: &mut [T; 3] = &mut force[bond.from];
-            *own = std::array::from_fn(|a| own[a] + f[a] * weight);
-        }
-        Ok(force)
-    }
-
-    /// `pair` times M, and T - T' of every `state`, of one bond.
-    fn direct_bond_force<T: Real>(
-        &self,
-        evaluator: &Evaluator<T>,
-        b: usize,
-    ) -> Result<[T; 3], Error> {
-        let mut force = value::zero_vector();
-        let mut add = |f: [T; 3], sign: f64| {
-            force = std::array::from_fn(|a| force[a] + f[a] * T::constant(sign));
-        };
-        for response in &self.law.responses {
-            match response {
-                Response::Pair(family, expr) if evaluator.intact(*family, b) => {
-                    add(self.force_state(evaluator, *expr, b)?, 1.0);
-                }
-                Response::State(family, expr) if evaluator.intact(*family, b) => {
-                    add(self.force_state(evaluator, *expr, b)?, 1.0);
-                    add(
-                        self.force_state(evaluator, *expr, self.reverse_of(b)?)?,
-                        -1.0,
-                    );
-                }
-                _ => {}
-            }
-        }
-        Ok(force)
-    }
-
-    /// A force state as a vector: a scalar acts along the deformed bond.
-    fn force_state<T: Real>(
-        &self,
-        evaluator: &Evaluator<T>,
-        expr: ExprId,
-        b: usize,
-    ) -> Result<[T; 3], Error> {
-        match evaluator.at(expr, Place::Bond(b))? {
-            Value::Vector(t) => Ok(t),
-            t => evaluator.direction(b)?.scaled(t.scalar()?).vector(),
-        }
+        reaches
     }
 
     fn reverse_of(&self, b: usize) -> Result<usize, Error> {

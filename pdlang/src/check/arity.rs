@@ -1,0 +1,36 @@
+//! PD006: arguments that do not fit a function.
+
+use crate::ast::Name;
+use crate::diag::Diagnostic;
+use crate::span::Span;
+
+const CODE: &str = "PD006";
+
+pub(crate) fn count(name: &Name, found: usize, expected: usize) -> Diagnostic {
+    Diagnostic::error(
+        CODE,
+        format!("`{}` takes {}, not {found}", name.text, arguments(expected)),
+    )
+    .at(name.span, format!("{} given", arguments(found)))
+}
+
+fn arguments(count: usize) -> String {
+    match count {
+        1 => "1 argument".into(),
+        n => format!("{n} arguments"),
+    }
+}
+
+pub(crate) fn no_family(name: &Name, family: Span) -> Diagnostic {
+    Diagnostic::error(CODE, format!("`{}` does not sum over a family", name.text))
+        .at(family, "a family stands after `sum` and `sum0` only")
+}
+
+pub(crate) fn by_position(function: &Name, argument: &Name) -> Diagnostic {
+    Diagnostic::error(
+        CODE,
+        format!("the arguments of `{}` have no names", function.text),
+    )
+    .at(argument.span, "named argument")
+    .help("arguments are told apart by their position; only influence functions have named ones")
+}

@@ -1,0 +1,51 @@
+//! PD008: components that a value does not have.
+
+use crate::ast::Name;
+use crate::check::shape_name;
+use crate::diag::Diagnostic;
+use crate::ir::{Expr, Shape};
+
+const CODE: &str = "PD008";
+
+/// Zero-based indices of `v.x`, `F.xy`.
+pub(crate) fn indices(value: &Expr, axes: &Name) -> Result<Vec<u8>, Box<Diagnostic>> {
+    let indices: Option<Vec<u8>> = axes
+        .text
+        .chars()
+        .map(|axis| "xyz".find(axis).map(|k| k as u8))
+        .collect();
+    let wanted = match value.shape {
+        Shape::Vector => 1,
+        Shape::Tensor | Shape::Symmetric => 2,
+        Shape::Scalar | Shape::Boolean => return Err(Box::new(no_components(value, axes))),
+    };
+    match indices {
+        Some(indices) if indices.len() == wanted => Ok(indices),
+        _ => Err(Box::new(unknown(value, axes))),
+    }
+}
+
+fn no_components(value: &Expr, axes: &Name) -> Diagnostic {
+    Diagnostic::error(
+        CODE,
+        format!(
+            "{} has no component `{}`",
+            shape_name(value.shape),
+            axes.text
+        ),
+    )
+    .at(axes.span, "")
+    .at(value.span, shape_name(value.shape))
+}
+
+fn unknown(value: &Expr, axes: &Name) -> Diagnostic {
+    let known = if value.shape == Shape::Vector {
+        "`x`, `y` and `z`"
+    } else {
+        "`xx`, `xy` and so on to `zz`"
+    };
+    no_components(value, axes).help(format!(
+        "the components of {} are {known}",
+        shape_name(value.shape)
+    ))
+}

@@ -1,0 +1,60 @@
+//! PD010: a case that is not about the five flavours.
+
+use crate::ast::{Expr, Name};
+use crate::check::suggest;
+use crate::diag::Diagnostic;
+use crate::ir::Flavour;
+use crate::span::Span;
+
+const CODE: &str = "PD010";
+
+/// Findings about the names of the arms; none when there is one arm per flavour.
+pub(crate) fn complete(arms: &[(Name, Expr)], span: Span) -> Vec<Diagnostic> {
+    let mut findings = Vec::new();
+    for (k, (name, _)) in arms.iter().enumerate() {
+        if Flavour::ALL
+            .iter()
+            .all(|flavour| flavour.name() != name.text)
+        {
+            findings.push(unknown(name));
+        } else if let Some((earlier, _)) = arms[..k]
+            .iter()
+            .find(|(earlier, _)| earlier.text == name.text)
+        {
+            findings.push(
+                Diagnostic::error(CODE, format!("the flavour `{}` has two arms", name.text))
+                    .at(name.span, "second arm")
+                    .at(earlier.span, "first arm"),
+            );
+        }
+    }
+    let missing: Vec<&str> = Flavour::ALL
+        .iter()
+        .map(|flavour| flavour.name())
+        .filter(|flavour| arms.iter().all(|(name, _)| name.text != *flavour))
+        .collect();
+    if !missing.is_empty() && findings.is_empty() {
+        findings.push(incomplete(&missing, span));
+    }
+    findings
+}
+
+fn unknown(name: &Name) -> Diagnostic {
+    let finding = Diagnostic::error(CODE, format!("there is no flavour `{}`", name.text))
+        .at(name.span, "unknown flavour");
+    match suggest::question(&name.text, Flavour::ALL.map(Flavour::name)) {
+        Some(question) => finding.help(question),
+        None => finding.help("the flavours are bar, slab, plane_stress, plane_strain and 3d"),
+    }
+}
+
+fn incomplete(missing: &[&str], span: Span) -> Diagnostic {
+    let list = missing
+        .iter()
+        .map(|name| format!("`{name}`"))
+        .collect::<Vec<_>>()
+        .join(", ");
+    Diagnostic::error(CODE, format!("no arm for {list}"))
+        .at(span, "every flavour needs an arm")
+        .help("one source serves all flavours: bar, slab, plane_stress, plane_strain and 3d")
+}

@@ -1,0 +1,71 @@
+//! PD050: an influence function that is not complete.
+
+use crate::ast::Name;
+use crate::check::suggest;
+use crate::diag::Diagnostic;
+use crate::span::Span;
+
+const CODE: &str = "PD050";
+
+pub(crate) fn missing(function: &str, params: &[String], span: Span) -> Diagnostic {
+    let list = params
+        .iter()
+        .map(|name| format!("`{name}`"))
+        .collect::<Vec<_>>()
+        .join(", ");
+    let example = params
+        .iter()
+        .map(|name| format!("{name} = .."))
+        .collect::<Vec<_>>()
+        .join(", ");
+    Diagnostic::error(
+        CODE,
+        format!("the influence function `{function}` needs {list}"),
+    )
+    .at(span, "")
+    .help(format!("`{function}({example})`"))
+}
+
+pub(crate) fn unknown_parameter(function: &str, name: &Name, known: &[String]) -> Diagnostic {
+    let finding = Diagnostic::error(
+        CODE,
+        format!(
+            "the influence function `{function}` has no parameter `{}`",
+            name.text
+        ),
+    )
+    .at(name.span, "unknown parameter");
+    match (suggest::question(&name.text, known), known) {
+        (Some(question), _) => finding.help(question),
+        (None, []) => finding.help(format!("`{function}` has no parameters")),
+        (None, _) => finding.help(format!("its parameters are {}", known.join(", "))),
+    }
+}
+
+pub(crate) fn twice(name: &Name) -> Diagnostic {
+    Diagnostic::error(CODE, format!("`{}` is given twice", name.text)).at(name.span, "")
+}
+
+pub(crate) fn unnamed(function: &str, span: Span, params: &[String]) -> Diagnostic {
+    let finding = Diagnostic::error(
+        CODE,
+        format!("the parameters of `{function}` are given by name"),
+    )
+    .at(span, "which parameter is this?");
+    match params {
+        [] => finding.help(format!("`{function}` has no parameters")),
+        [first, ..] => finding.help(format!("`{function}({first} = ..)`")),
+    }
+}
+
+pub(crate) fn outside(name: &str, span: Span) -> Diagnostic {
+    Diagnostic::error(CODE, format!("`{name}` is outside of its bounds")).at(span, "")
+}
+
+pub(crate) fn not_scalar(span: Span) -> Diagnostic {
+    Diagnostic::error(
+        CODE,
+        "an influence function is a scalar function of the bond length",
+    )
+    .at(span, "not a scalar")
+}

@@ -1,0 +1,81 @@
+//! PD002: a name that means nothing here.
+
+use crate::ast::Name;
+use crate::check::suggest;
+use crate::diag::Diagnostic;
+use crate::span::Span;
+
+const CODE: &str = "PD002";
+
+pub(crate) fn unknown_value(
+    name: &str,
+    span: Span,
+    candidates: &[String],
+    is_function: bool,
+) -> Diagnostic {
+    let finding =
+        Diagnostic::error(CODE, format!("`{name}` is not defined")).at(span, "unknown name");
+    match suggest::question(name, candidates) {
+        _ if is_function => finding.help(format!(
+            "`{name}` is a function: write its arguments in parentheses"
+        )),
+        Some(question) => finding.help(question),
+        None => finding,
+    }
+}
+
+pub(crate) fn unknown_function(
+    name: &Name,
+    candidates: &[String],
+    is_value: bool,
+    is_influence: bool,
+) -> Diagnostic {
+    let finding = Diagnostic::error(CODE, format!("there is no function `{}`", name.text))
+        .at(name.span, "unknown function");
+    let question = suggest::question(&name.text, candidates);
+    match question {
+        _ if is_value => finding.help(format!(
+            "`{0}` is a value; a product is written `{0}*(..)`",
+            name.text
+        )),
+        _ if is_influence => finding.help(format!(
+            "`{0}` is an influence function: declare `influence omega = {0}(..)` and use `omega`",
+            name.text
+        )),
+        Some(question) => finding.help(question),
+        None => finding,
+    }
+}
+
+pub(crate) fn unknown_family(name: &Name, known: &[String]) -> Diagnostic {
+    let finding = Diagnostic::error(CODE, format!("there is no family `{}`", name.text))
+        .at(name.span, "unknown family");
+    match suggest::question(&name.text, known) {
+        Some(question) => finding.help(question),
+        None => finding.help(format!(
+            "declare it: `family {} = horizon where ..`",
+            name.text
+        )),
+    }
+}
+
+pub(crate) fn family_as_value(name: &str, span: Span) -> Diagnostic {
+    Diagnostic::error(CODE, format!("`{name}` is a family, not a value"))
+        .at(span, "a family stands in brackets")
+        .help(format!("sum over it with `sum[{name}](..)`"))
+}
+
+/// `rate`, `update` of something else than a field, a history.
+pub(crate) fn nothing_to_change(name: &Name, what: &str, known: &[String]) -> Diagnostic {
+    let finding = Diagnostic::error(CODE, format!("there is no {what} `{}`", name.text))
+        .at(name.span, format!("unknown {what}"));
+    match suggest::question(&name.text, known) {
+        Some(question) => finding.help(question),
+        None => finding.help(format!("declare it: `{what} {} : ..`", name.text)),
+    }
+}
+
+pub(crate) fn only_in_laws(name: &Name) -> Diagnostic {
+    Diagnostic::error(CODE, format!("`{}` has a meaning in laws only", name.text))
+        .at(name.span, "there are no bonds here")
+}

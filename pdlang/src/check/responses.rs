@@ -1,0 +1,35 @@
+//! PD040: a law that does not answer, or answers twice.
+
+use crate::ast::Name;
+use crate::diag::Diagnostic;
+use crate::span::Span;
+
+const CODE: &str = "PD040";
+
+pub(crate) fn none(model: &Name) -> Diagnostic {
+    Diagnostic::error(CODE, format!("the model `{}` answers nothing", model.text))
+        .at(model.span, "no response")
+        .help("a law states an `energy`, from which the force is derived, a `pair` or `state` force, or the `rate` of a field")
+}
+
+pub(crate) fn twice(what: &str, name: &Name, earlier: Span) -> Diagnostic {
+    Diagnostic::error(CODE, format!("a second {what}"))
+        .at(name.span, "")
+        .at(earlier, "the first one")
+        .help("write their sum")
+}
+
+pub(crate) fn without(what: &str, name: &Name, missing: &str) -> Diagnostic {
+    Diagnostic::error(CODE, format!("the {what} `{}` never changes", name.text))
+        .at(name.span, format!("no `{missing}`"))
+        .help(format!("`{missing} {} = ..`", name.text))
+}
+
+pub(crate) fn no_family(what: &str, family: &Name) -> Diagnostic {
+    Diagnostic::error(CODE, format!("{what} has no family"))
+        .at(family.span, "families belong to bonds")
+        .help(format!(
+            "sum over the family inside of it: `sum[{}](..)`",
+            family.text
+        ))
+}

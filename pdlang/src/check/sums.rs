@@ -1,0 +1,20 @@
+//! PD023: a sum of values that do not belong to its bonds.
+
+use crate::ast::Name;
+use crate::diag::Diagnostic;
+use crate::ir::Expr;
+
+const CODE: &str = "PD023";
+
+/// The summand lives at the node. A lone name could take a prime.
+pub(crate) fn node_value(sum: &Name, summand: &Expr, is_name: bool) -> Diagnostic {
+    let finding = Diagnostic::error(
+        CODE,
+        format!("`{}` of a value that is the same in every term", sum.text),
+    )
+    .at(summand.span, "this is a node value");
+    match is_name {
+        true => finding.help("the value at the other end of each bond is written with a prime: `T'`"),
+        false => finding.help(format!("prime what belongs to the other end, as in `T'`, or take the factor out of the sum: `T*{}(1)`", sum.text)),
+    }
+}

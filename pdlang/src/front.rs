@@ -1,0 +1,137 @@
+//! The doors of the language: texts in, typed laws and findings out. Nothing here panics, whatever the text.
+
+use crate::diag::{self, Diagnostic};
+use crate::ir::{Expr, ExprId, InfluenceFn, Law, Shape};
+use crate::parse;
+use crate::resolve::library::{self, Library};
+use crate::resolve::{self, Context, Elaborator};
+use crate::units::Unit;
+use crate::{ast, check};
+
+/// What a file holds.
+#[derive(Clone, Debug, Default)]
+pub struct Checked {
+    /// The laws without errors.
+    pub laws: Vec<Law>,
+    /// The influence functions that the file defines; those of the prelude are in [`influences`].
+    pub influences: Vec<InfluenceFn>,
+    /// All findings, in the order of the text.
+    pub diagnostics: Vec<Diagnostic>,
+}
+
+impl Checked {
+    pub fn has_errors(&self) -> bool {
+        self.diagnostics.iter().any(Diagnostic::is_error)
+    }
+}
+
+/// Reads and checks a file of laws and library definitions.
+pub fn file(text: &str) -> Checked {
+    let mut report = Vec::new();
+    let mut file = parse::file(text, false, &mut report);
+    let models = std::mem::take(&mut file.models);
+    let library = Library::of(file, text, library::prelude(), &mut report);
+    check_models_named_once(&models, &mut report);
+    let laws = models
+        .iter()
+        .filter_map(|model| resolve::law(model, &library, &mut report))
+        .collect();
+    diag::sort(&mut report);
+    report.dedup();
+    Checked {
+        laws,
+        influences: library.own.influences,
+        diagnostics: report,
+    }
+}
+
+fn check_models_named_once(models: &[ast::Model], report: &mut Vec<Diagnostic>) {
+    let mut seen = std::collections::HashMap::new();
+    for model in models {
+        check::duplicates::first(&mut seen, &model.name, report);
+    }
+}
+
+/// The influence functions that every law finds defined.
+pub fn influences() -> &'static [InfluenceFn] {
+    &library::prelude().influences
+}
+
+/// An expression of a scene, such as an initial field. `Var(k)` is variable k.
+#[derive(Clone, Debug)]
+pub struct Expression {
+    pub root: ExprId,
+    pub exprs: Vec<Expr>,
+}
+
+impl Expression {
+    /// Scalar or condition.
+    pub fn shape(&self) -> Shape {
+        self.exprs[self.root.index()].shape
+    }
+
+    pub fn unit(&self) -> &Unit {
+        &self.exprs[self.root.index()].unit
+    }
+}
+
+/// Reads an expression over variables with units. With `expected`, it must be a scalar of this unit;
+/// literal zero fits any. Without, it may be a condition, and its unit is for the caller to judge.
+///
+/// # Errors
+/// Findings that point into `text`.
+pub fn expression(
+    text: &str,
+    variables: &[(&str, Unit)],
+    expected: Option<&Unit>,
+) -> Result<Expression, Vec<Diagnostic>> {
+    let written = parse::expression(text)?;
+    let library = Library::of(
+        ast::File::default(),
+        text,
+        library::prelude(),
+        &mut Vec::new(),
+    );
+    let mut report = Vec::new();
+    let mut elaborator = Elaborator::new(&library, Context::Scene, &mut report);
+    elaborator.add_variables(variables.iter().map(|(name, unit)| (*name, unit.clone())));
+    let root = elaborator
+        .elaborate(&written)
+        .filter(|root| match expected {
+            Some(unit) => elaborator.is_scalar_of(*root, unit),
+            None => true,
+        });
+    let exprs = elaborator.exprs;
+    match root {
+        Some(root) if report.is_empty() => Ok(Expression { root, exprs }),
+        _ => Err(report),
+    }
+}
+
+/// Reads a choice of influence function: a name, a call with named parameters such as
+/// `"softened(p = 0, eps = 0.5 mm)"`, or an expression in the bond length such as `"1/x"`. Known are
+/// `extra` and those of the prelude.
+///
+/// Returns the function and a value for each of its parameters.
+///
+/// # Errors
+/// Findings that point into `text`.
+pub fn influence_call(
+    text: &str,
+    extra: &[InfluenceFn],
+) -> Result<(InfluenceFn, Vec<f64>), Vec<Diagnostic>> {
+    let written = parse::expression(text)?;
+    let mut library = Library::of(
+        ast::File::default(),
+        text,
+        library::prelude(),
+        &mut Vec::new(),
+    );
+    library.own.influences.extend_from_slice(extra);
+    let mut report = Vec::new();
+    let function = resolve::influence::choice(&written, &library, &mut report);
+    let values = function
+        .as_ref()
+        .and_then(|function| function.params.iter().map(|param| param.default).collect());
+    function.zip(values).ok_or(report)
+}

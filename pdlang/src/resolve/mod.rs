@@ -1,0 +1,155 @@
+//! [`ast`](crate::ast) -> [`ir`](crate::ir): names become ids, and every rule of the language is checked on the way.
+//!
+//! The journey of a model: `declare` (its names) -> `order` (its definitions, without cycles) -> `define`
+//! (each of them, then responses, breaks, updates), with `elaborate` and `typing` for expressions and
+//! `library` for what is defined outside of it.
+
+mod declare;
+mod define;
+mod elaborate;
+mod facts;
+pub(crate) mod influence;
+pub(crate) mod library;
+pub(crate) mod names;
+mod order;
+mod params;
+mod typing;
+mod walk;
+
+use crate::ast::{Item, Model, ResponseKind};
+use crate::check;
+use crate::diag::Diagnostic;
+use crate::ir::{Home, Law, Response};
+use crate::span::Span;
+use elaborate::Symbol;
+pub(crate) use elaborate::{Context, Elaborator};
+use library::Library;
+use std::collections::HashMap;
+
+/// The law that a model describes, unless something is wrong with it.
+pub(crate) fn law(model: &Model, library: &Library, report: &mut Vec<Diagnostic>) -> Option<Law> {
+    let mut findings = Vec::new();
+    metadata(model, &mut findings);
+    let mut law = Elaborator::new(library, Context::Law, &mut findings);
+    law.declare(model);
+    law.histories_in_families(model);
+    for definition in order::order(model, law.report) {
+        let symbol = law.define(definition).map_or(Symbol::Broken, Symbol::Def);
+        law.symbols.insert(definition.name.text.clone(), symbol);
+    }
+    let (responses, breaks) = law.answers(model);
+    let law = Law {
+        name: model.name.text.clone(),
+        title: model
+            .title
+            .as_ref()
+            .map(|title| title.text.clone())
+            .unwrap_or_default(),
+        cites: model.cites.iter().map(|cite| cite.text.clone()).collect(),
+        params: law.params,
+        influences: law.influences,
+        families: law.families,
+        fields: law.fields,
+        histories: law.histories,
+        defs: law.defs,
+        responses,
+        breaks,
+        exprs: law.exprs,
+    };
+    order::unused(model, &mut findings);
+    let sound = model.broken.is_empty() && !findings.iter().any(Diagnostic::is_error);
+    report.append(&mut findings);
+    sound.then_some(law)
+}
+
+fn metadata(model: &Model, report: &mut Vec<Diagnostic>) {
+    if model
+        .title
+        .as_ref()
+        .is_none_or(|title| title.text.trim().is_empty())
+    {
+        report.push(check::titles::missing(&model.name));
+    }
+    report.extend(check::citations::check(&model.name, &model.cites));
+}
+
+impl Elaborator<'_> {
+    fn histories_in_families(&mut self, model: &Model) {
+        for item in &model.items {
+            let Item::History(written) = item else {
+                continue;
+            };
+            let family = self.family(written.family.as_ref());
+            if let (Some(family), Some(Symbol::History(id))) =
+                (family, self.symbols.get(&written.name.text).copied())
+            {
+                self.histories[id.index()].family = family;
+            }
+        }
+    }
+
+    /// Families, responses, breaks and updates, and whether there are as many of them as there should be.
+    fn answers(&mut self, model: &Model) -> (Vec<Response>, Vec<crate::ir::Break>) {
+        let (mut responses, mut breaks) = (Vec::new(), Vec::new());
+        for item in &model.items {
+            match item {
+                Item::Family(family) => drop(self.filter(family)),
+                Item::Response(response) => responses.extend(self.respond(response)),
+                Item::Break(breaking) => breaks.extend(self.breaking(breaking)),
+                Item::Update(update) => drop(self.update(update)),
+                _ => {}
+            }
+        }
+        count_answers(model, self.report);
+        (responses, breaks)
+    }
+}
+
+/// One energy, one rate per field, one update per history, and something at all.
+fn count_answers(model: &Model, report: &mut Vec<Diagnostic>) {
+    let mut seen: HashMap<(&str, &str), Span> = HashMap::new();
+    for item in &model.items {
+        let (what, key, name) = match item {
+            Item::Response(response) if response.kind == ResponseKind::Energy => {
+                ("energy", "", &response.name)
+            }
+            Item::Response(response) if response.kind == ResponseKind::Rate => {
+                ("rate", response.name.text.as_str(), &response.name)
+            }
+            Item::Update(update) => ("update", update.name.text.as_str(), &update.name),
+            _ => continue,
+        };
+        if let Some(earlier) = seen.insert((what, key), name.span) {
+            report.push(check::responses::twice(what, name, earlier));
+        }
+    }
+    for item in &model.items {
+        match item {
+            Item::Field(field) if !seen.contains_key(&("rate", field.name.text.as_str())) => {
+                report.push(check::responses::without("field", &field.name, "rate"))
+            }
+            Item::History(history)
+                if !seen.contains_key(&("update", history.name.text.as_str())) =>
+            {
+                report.push(check::responses::without(
+                    "history",
+                    &history.name,
+                    "update",
+                ))
+            }
+            _ => {}
+        }
+    }
+    if model.broken.is_empty()
+        && !model
+            .items
+            .iter()
+            .any(|item| matches!(item, Item::Response(_)))
+    {
+        report.push(check::responses::none(&model.name));
+    }
+}
+
+/// Homes are ordered from the constants outwards.
+const _: () =
+    assert!((Home::Constant as u8) < Home::Node as u8 && (Home::Node as u8) < Home::Bond as u8);

@@ -1,0 +1,198 @@
+//! The order in which the definitions of a model can be read, and what nothing needs.
+
+use crate::ast::{Definition, Expr, Item, Model, Name};
+use crate::check;
+use crate::diag::Diagnostic;
+use crate::ir::Home;
+use crate::resolve::declare::{declared, item_word};
+use crate::resolve::walk::mentioned;
+use std::collections::{HashMap, HashSet};
+
+/// Definitions such that each comes after those it mentions. What is part of a cycle, or declared twice,
+/// is left out; cycles are reported.
+pub(crate) fn order<'m>(model: &'m Model, report: &mut Vec<Diagnostic>) -> Vec<&'m Definition> {
+    let graph = Graph::of(model);
+    let mut visits = Visits {
+        state: vec![State::New; graph.definitions.len()],
+        done: Vec::new(),
+    };
+    for start in 0..graph.definitions.len() {
+        visits.from(start, &graph, report);
+    }
+    visits
+        .done
+        .into_iter()
+        .map(|k| graph.definitions[k])
+        .collect()
+}
+
+struct Graph<'m> {
+    definitions: Vec<&'m Definition>,
+    needs: Vec<Vec<usize>>,
+}
+
+impl<'m> Graph<'m> {
+    fn of(model: &'m Model) -> Self {
+        let mut index = HashMap::new();
+        let mut definitions: Vec<&Definition> = Vec::new();
+        for item in &model.items {
+            if let Item::Definition(definition) = item {
+                index
+                    .entry(definition.name.text.as_str())
+                    .or_insert_with(|| {
+                        definitions.push(definition);
+                        definitions.len() - 1
+                    });
+            }
+        }
+        let needs = definitions
+            .iter()
+            .map(|definition| needs(&definition.expr, &index))
+            .collect();
+        Graph { definitions, needs }
+    }
+}
+
+fn needs(expr: &Expr, index: &HashMap<&str, usize>) -> Vec<usize> {
+    let mut names = Vec::new();
+    mentioned(expr, &mut names);
+    names
+        .iter()
+        .filter_map(|name| index.get(name.as_str()).copied())
+        .collect()
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum State {
+    New,
+    Open,
+    Done,
+    /// In a cycle, which is reported.
+    Cyclic,
+}
+
+struct Visits {
+    state: Vec<State>,
+    done: Vec<usize>,
+}
+
+impl Visits {
+    /// Depth first, with an explicit stack: a chain of definitions may be as long as the file.
+    fn from(&mut self, start: usize, graph: &Graph, report: &mut Vec<Diagnostic>) {
+        if self.state[start] != State::New {
+            return;
+        }
+        self.state[start] = State::Open;
+        let mut path: Vec<(usize, usize)> = vec![(start, 0)];
+        while let Some((node, edge)) = path.last_mut() {
+            let (here, next) = (*node, graph.needs[*node].get(*edge).copied());
+            *edge += 1;
+            match next.map(|next| (next, self.state[next])) {
+                None => {
+                    path.pop();
+                    self.close(here);
+                }
+                Some((next, State::New)) => {
+                    self.state[next] = State::Open;
+                    path.push((next, 0));
+                }
+                Some((next, State::Open)) => self.cycle(next, &path, graph, report),
+                Some(_) => {}
+            }
+        }
+    }
+
+    fn close(&mut self, node: usize) {
+        if self.state[node] == State::Open {
+            self.state[node] = State::Done;
+            self.done.push(node);
+        }
+    }
+
+    fn cycle(
+        &mut self,
+        first: usize,
+        path: &[(usize, usize)],
+        graph: &Graph,
+        report: &mut Vec<Diagnostic>,
+    ) {
+        let from = path
+            .iter()
+            .position(|(node, _)| *node == first)
+            .unwrap_or(0);
+        let members: Vec<usize> = path[from..].iter().map(|(node, _)| *node).collect();
+        let chain: Vec<&Name> = members
+            .iter()
+            .map(|node| &graph.definitions[*node].name)
+            .collect();
+        report.push(check::cycles::definitions(&chain));
+        members
+            .into_iter()
+            .for_each(|node| self.state[node] = State::Cyclic);
+    }
+}
+
+/// Warns of items that no response, break, update or node value needs, directly or not. Node values are
+/// outputs in their own right.
+pub(crate) fn unused(model: &Model, report: &mut Vec<Diagnostic>) {
+    let needed = needed(model);
+    for item in &model.items {
+        let is_output = matches!(
+            item,
+            Item::Definition(Definition {
+                home: Home::Node,
+                ..
+            }) | Item::Field(_)
+                | Item::History(_)
+        );
+        if let Some(name) = declared(item).filter(|name| !is_output && !needed.contains(&name.text))
+        {
+            report.push(check::unused::warning(item_word(item), name));
+        }
+    }
+}
+
+fn needed(model: &Model) -> HashSet<String> {
+    let mut queue = Vec::new();
+    for item in &model.items {
+        match item {
+            Item::Response(response) => {
+                mentioned(&response.expr, &mut queue);
+                queue.extend(response.family.iter().map(|name| name.text.clone()));
+            }
+            Item::Break(breaking) => {
+                mentioned(&breaking.when, &mut queue);
+                queue.extend(breaking.family.iter().map(|name| name.text.clone()));
+            }
+            Item::Update(update) => mentioned(&update.expr, &mut queue),
+            Item::History(history) => {
+                queue.extend(history.family.iter().map(|name| name.text.clone()))
+            }
+            Item::Definition(definition) if definition.home == Home::Node => {
+                mentioned(&definition.expr, &mut queue)
+            }
+            _ => {}
+        }
+    }
+    let mut needed = HashSet::new();
+    let behind: HashMap<&str, &Expr> = model.items.iter().filter_map(behind).collect();
+    while let Some(name) = queue.pop() {
+        if let Some(expr) = behind
+            .get(name.as_str())
+            .filter(|_| !needed.contains(&name))
+        {
+            mentioned(expr, &mut queue);
+        }
+        needed.insert(name);
+    }
+    needed
+}
+
+/// The expression that a name stands for.
+fn behind(item: &Item) -> Option<(&str, &Expr)> {
+    match item {
+        Item::Definition(definition) => Some((&definition.name.text, &definition.expr)),
+        Item::Family(family) => Some((&family.name.text, &family.filter)),
+        _ => None,
+    }
+}

@@ -1,0 +1,35 @@
+//! Walking trees: what a written expression mentions, and what a typed one is made of.
+
+use crate::ast;
+use crate::ir::{ExprId, ExprKind};
+
+/// Every name that a written expression mentions: values, families and influence functions, not functions.
+pub(crate) fn mentioned(expr: &ast::Expr, found: &mut Vec<String>) {
+    use ast::ExprKind::*;
+    match &expr.kind {
+        Number(..) => {}
+        Name(text) => found.push(text.clone()),
+        Call { family, args, .. } => {
+            found.extend(family.iter().map(|name| name.text.clone()));
+            args.iter().for_each(|arg| mentioned(&arg.value, found));
+        }
+        Neg(a) | Not(a) | Prime(a) | Component(a, _) => mentioned(a, found),
+        Binary(_, a, b) | Compare(_, a, b) => {
+            mentioned(a, found);
+            mentioned(b, found);
+        }
+        Case(arms) => arms.iter().for_each(|(_, arm)| mentioned(arm, found)),
+    }
+}
+
+/// The direct operands of an expression; a definition has none.
+pub(crate) fn operands(kind: &ExprKind) -> Vec<ExprId> {
+    use ExprKind::*;
+    match kind {
+        Neg(a) | Not(a) | Component(a, _) | Reduce(_, _, a) | Ball(a) | Prime(a) => vec![*a],
+        Binary(_, a, b) | Compare(_, a, b) => vec![*a, *b],
+        Call(_, args) => args.clone(),
+        Case(arms) => arms.to_vec(),
+        _ => Vec::new(),
+    }
+}

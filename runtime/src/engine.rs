@@ -1,0 +1,328 @@
+//! A law on a body: forces, energies, tangents, breaking, histories.
+//!
+//! The engine owns what does not change during a run (layout, families, geometry, constants) and the values
+//! that sweeps compute; everything that changes is in a [`State`]. Threads are those of the rayon pool that
+//! the caller runs in; results do not depend on their number.
+mod bonds;
+mod check;
+mod constants;
+mod error;
+mod geometry;
+mod memory;
+mod program;
+mod redo;
+mod run;
+mod setup;
+#[cfg(test)]
+mod tests;
+
+pub use crate::lane::Isa;
+pub use crate::law::Law;
+pub use crate::state::{FamilyState, State};
+pub use error::SetupError;
+pub use memory::Report;
+
+use crate::layout::{Family, Layout};
+use crate::spec::{InfluenceFn, SlotKind, Spec, Stage};
+use geometry::Geometry;
+use program::Program;
+
+/// What a scene says about a law.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// SI, one per [`Spec::params`].
+    pub params: Vec<f64>,
+    /// One per [`Spec::influences`], with its parameter values.
+    pub influences: Vec<(InfluenceFn, Vec<f64>)>,
+    /// [m]
+    pub horizon: f64,
+    /// Neighbours near the rim count in part: 1 for r <= delta - dx/2, else (delta + dx/2 - r)/dx.
+    pub partial_volume: bool,
+    /// `ball()` is the sum over a full lattice family instead of the integral.
+    pub lattice_constants: bool,
+    pub traversal: Traversal,
+    /// None: the best that the processor has.
+    pub isa: Option<Isa>,
+}
+
+/// How families are stored and walked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Traversal {
+    /// The lattice where the body has a grid that wastes few lanes and all volumes are equal.
+    Auto,
+    Lattice,
+    Cloud,
+}
+
+/// Whether a force evaluation may break bonds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Breaking {
+    /// A pure evaluation: bonds beyond their limit still hold.
+    Held,
+    /// Bonds beyond their limit break, and the state says so.
+    Armed,
+}
+
+/// Where the values of a node slot of the law are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Home {
+    Displacement(usize),
+    Velocity(usize),
+    Position(usize),
+    State(usize),
+    Array(usize),
+}
+
+/// A law on a body.
+#[derive(Debug)]
+pub struct Engine {
+    spec: Spec,
+    isa: Isa,
+    lattice: bool,
+    layout: Layout,
+    families: Vec<Family>,
+    programs: Vec<Program>,
+    geometry: Vec<Geometry>,
+    streams: Vec<Vec<f64>>,
+    constants: Vec<f64>,
+    homes: Vec<Home>,
+    /// Values of computed slots and increments; forces first, then tangents.
+    arrays: Vec<Vec<f64>>,
+    /// Computed slots that some sweep reads at the other end of a bond.
+    reads_ghosts: Vec<bool>,
+    /// Number of state slots.
+    state_slots: usize,
+    bonds: Vec<BondData>,
+    /// Bonds broken by the running sweep, per chunk.
+    broken: Vec<u32>,
+    redo: redo::Redo,
+}
+
+/// What belongs to the bonds of one family besides the family itself.
+#[derive(Debug, Default)]
+struct BondData {
+    /// Initial value of each bond history, and the buffer that update sweeps write.
+    initial: Vec<f64>,
+    next: Vec<Vec<f64>>,
+    reverse: Vec<u32>,
+    /// Bonds that may break, one byte per row; empty: all.
+    armed: Vec<u8>,
+    /// Per chunk: every bond of every node present (and intact): the instance without masks may run.
+    whole_reference: Vec<u8>,
+    whole_intact: Vec<u8>,
+    /// State that `whole_intact` and the values of the family stage belong to.
+    stamp: u64,
+}
+
+impl Engine {
+    /// Lays the body out, finds families, evaluates constants and geometry, runs the reference stage.
+    ///
+    /// # Errors
+    /// The body, the settings or the law are inconsistent, or the body does not fit in memory.
+    pub fn new(
+        body: &crate::body::Body,
+        law: Law,
+        settings: Settings,
+    ) -> Result<Engine, SetupError> {
+        setup::engine(body, law, settings)
+    }
+
+    /// At rest: no displacement, no velocity, all bonds intact, histories at their initial values.
+    pub fn state(&self) -> State {
+        let zero = || vec![0.0; self.layout.len];
+        let mut slots: Vec<Vec<f64>> = (0..self.state_slots).map(|_| zero()).collect();
+        for h in &self.spec.histories {
+            if let Some(Home::State(k)) = h.slot.map(|s| self.homes[s.0 as usize]) {
+                slots[k].fill(h.initial);
+            }
+        }
+        let family = |(f, b): (&Family, &BondData)| {
+            let history = |&v: &f64| vec![v; history_len(f)];
+            FamilyState::new(f.present.clone(), b.initial.iter().map(history).collect())
+        };
+        State {
+            step: 0,
+            time: 0.0,
+            u: (0..self.spec.dim).map(|_| zero()).collect(),
+            v: (0..self.spec.dim).map(|_| zero()).collect(),
+            slots,
+            families: self.families.iter().zip(&self.bonds).map(family).collect(),
+        }
+    }
+
+    /// True where a state has the arrays that this engine needs: a checkpoint of another scene has not.
+    pub fn fits(&self, s: &State) -> bool {
+        let nodes = |list: &[Vec<f64>], n: usize| {
+            list.len() == n && list.iter().all(|v| v.len() == self.layout.len)
+        };
+        let bonds = |(f, (b, s)): (&Family, (&BondData, &FamilyState))| {
+            let masks = s.intact.len() == f.present.len()
+                && s.intact.iter().zip(&f.present).all(|(i, p)| i & !p == 0);
+            masks
+                && s.history.len() == b.initial.len()
+                && s.history.iter().all(|h| h.len() == history_len(f))
+        };
+        nodes(&s.u, self.spec.dim)
+            && nodes(&s.v, self.spec.dim)
+            && nodes(&s.slots, self.state_slots)
+            && s.families.len() == self.families.len()
+            && self
+                .families
+                .iter()
+                .zip(self.bonds.iter().zip(&s.families))
+                .all(bonds)
+    }
+
+    /// Evaluates the force density and the rates of fields. Returns the directed bonds that broke now.
+    pub fn forces(&mut self, s: &mut State, breaking: Breaking) -> usize {
+        assert!(self.fits_quickly(s), "the state belongs to another engine");
+        self.refresh_state(s);
+        self.family_stage(s);
+        let killer = self.killer();
+        let mut broken = 0;
+        for k in 0..self.programs.len() {
+            if self.programs[k].stage != Stage::Step {
+                continue;
+            }
+            if breaking == Breaking::Armed && Some(k) == killer {
+                self.run_armed(k, s);
+                broken = self.after_breaking(k, s);
+            } else {
+                self.run_all(k, s);
+            }
+        }
+        broken
+    }
+
+    /// Force density [N/m^3], one array per dimension in layout order; empty for a law without momentum.
+    pub fn force(&self) -> &[Vec<f64>] {
+        &self.arrays[..self.spec.force.len()]
+    }
+
+    /// (position in [`State::slots`], its time derivative) of every field component; after `forces`.
+    pub fn rates(&self) -> impl Iterator<Item = (usize, &[f64])> {
+        self.spec.rates.iter().filter_map(|&(field, rate)| {
+            match (self.homes[field as usize], self.homes[rate as usize]) {
+                (Home::State(k), Home::Array(a)) => Some((k, &self.arrays[a][..])),
+                _ => None,
+            }
+        })
+    }
+
+    /// Positions in [`State::slots`] of the components of a field or the value of a node history.
+    pub fn state_slots(&self, name: &str) -> Option<Vec<usize>> {
+        let position = |&slot: &u32| match self.homes[slot as usize] {
+            Home::State(k) => Some(k),
+            _ => None,
+        };
+        if let Some(f) = self.spec.fields.iter().find(|f| f.name == name) {
+            return f.slots.iter().map(position).collect();
+        }
+        let h = self.spec.histories.iter().find(|h| h.name == name)?;
+        h.slot.map(|s| position(&s.0).into_iter().collect())
+    }
+
+    /// Strain energy density [J/m^3] per slot; call after `forces` at the same state. Empty for a law without energy.
+    pub fn energy(&mut self, s: &State) -> &[f64] {
+        assert!(self.fits_quickly(s), "the state belongs to another engine");
+        self.family_stage(s);
+        self.run_stage(Stage::Energy, s);
+        match self.spec.energy.map(|k| self.homes[k as usize]) {
+            Some(Home::Array(a)) => &self.arrays[a],
+            _ => &[],
+        }
+    }
+
+    /// Change of the force density along the increment `du` (one array per dimension, layout order);
+    /// call after `forces` at the same state. Empty for a law without tangent.
+    pub fn tangent(&mut self, s: &State, du: &[Vec<f64>]) -> &[Vec<f64>] {
+        assert!(
+            self.fits_quickly(s) && du.len() >= self.spec.dim,
+            "the state belongs to another engine"
+        );
+        self.family_stage(s);
+        for k in 0..self.homes.len() {
+            if let (SlotKind::Increment(a), Home::Array(to)) =
+                (self.spec.slots[k].kind, self.homes[k])
+            {
+                self.arrays[to].copy_from_slice(&du[a as usize]);
+                self.layout.ghosts.refresh(&mut self.arrays[to]);
+            }
+        }
+        self.run_stage(Stage::Tangent, s);
+        let n = self.spec.force.len();
+        &self.arrays[n..n + self.spec.tangent.len()]
+    }
+
+    /// Accepts the step: writes the next histories. Once per step, after `forces`.
+    pub fn commit(&mut self, s: &mut State) {
+        assert!(self.fits_quickly(s), "the state belongs to another engine");
+        if !self.programs.iter().any(|p| p.stage == Stage::Update) {
+            return;
+        }
+        self.refresh_state(s);
+        self.family_stage(s);
+        self.run_stage(Stage::Update, s);
+        self.swap_histories(s);
+    }
+
+    /// Values of a named node quantity of the law as last computed: one array per component, user order.
+    pub fn named(&self, name: &str) -> Option<Vec<Vec<f64>>> {
+        let (_, slots) = self.spec.named.iter().find(|n| n.0 == name)?;
+        let component = |&slot: &u32| {
+            let values = match self.homes[slot as usize] {
+                Home::Array(a) => &self.arrays[a],
+                Home::Position(a) => &self.layout.x[a],
+                _ => return None,
+            };
+            Some(
+                self.layout
+                    .slot
+                    .iter()
+                    .map(|&s| values[s as usize])
+                    .collect(),
+            )
+        };
+        slots.iter().map(component).collect()
+    }
+
+    /// Layout slot of a node.
+    pub fn slot(&self, node: usize) -> usize {
+        self.layout.slot[node] as usize
+    }
+
+    /// Layout slot of every node, in user order.
+    pub fn slots(&self) -> &[u32] {
+        &self.layout.slot
+    }
+
+    /// Length of every node array; more than there are nodes.
+    #[allow(clippy::len_without_is_empty)]
+    pub fn len(&self) -> usize {
+        self.layout.len
+    }
+
+    /// Node volumes [m^3] in layout order; 0 in padding.
+    pub fn volume(&self) -> &[f64] {
+        &self.layout.volume
+    }
+
+    /// Reference positions [m], one array per direction, layout order; anything in padding.
+    pub fn positions(&self) -> &[Vec<f64>; 3] {
+        &self.layout.x
+    }
+
+    pub fn spec(&self) -> &Spec {
+        &self.spec
+    }
+
+    /// Constants of the law in the order of [`Spec::constants`].
+    pub fn constants(&self) -> &[f64] {
+        &self.constants
+    }
+}
+
+/// One extra row holds the initial value, for bonds that have no reverse.
+fn history_len(f: &Family) -> usize {
+    (f.present.len() + 1) * crate::traverse::CHUNK
+}

@@ -1,0 +1,239 @@
+//! Reference-bond values of every sweep: a table per stencil entry, or streams per bond.
+use super::SetupError;
+use super::constants::{AtReferenceBond, Material};
+use super::program::Program;
+use crate::kernel::norm_squared;
+use crate::lane::{Isa, Memory};
+use crate::layout::{Entry, Family, Layout, Shape};
+use crate::spec::{Op, Spec, Tape};
+use crate::tape::{Code, length, numbers, operands};
+use crate::traverse::{CHUNK, MAX_GEOMETRY};
+use rayon::prelude::*;
+use std::collections::HashMap;
+
+/// Of one sweep.
+#[derive(Debug)]
+pub(super) enum Geometry {
+    /// Records of `stride` values per entry: offset (the bits of an i64), xi, 1/|xi|, values.
+    Table { stride: usize, values: Vec<f64> },
+    /// Numbers of the streams.
+    Streams(Vec<usize>),
+}
+
+/// Tables for a lattice.
+pub(super) fn table(
+    p: &Program,
+    entries: &[Entry],
+    material: &Material,
+    dim: usize,
+    isa: Isa,
+) -> Geometry {
+    let stride = 2 + dim + p.geometry.outs.len();
+    let mut values = vec![0.0; entries.len() * stride];
+    for (record, entry) in values.chunks_exact_mut(stride).zip(entries) {
+        record[0] = f64::from_bits(entry.offset as u64);
+        record[1..=dim].copy_from_slice(&entry.xi[..dim]);
+        record[1 + dim] = reciprocal_length(isa, dim, entry.xi);
+        evaluate(
+            &p.geometry,
+            material,
+            dim,
+            entry.xi,
+            entry.weight,
+            &mut record[2 + dim..],
+        );
+    }
+    Geometry::Table { stride, values }
+}
+
+fn evaluate(
+    code: &Code,
+    material: &Material,
+    dim: usize,
+    xi: [f64; 3],
+    weight: f64,
+    out: &mut [f64],
+) {
+    numbers(
+        code,
+        &mut AtReferenceBond {
+            material,
+            xi,
+            length: length(xi, dim),
+            weight,
+        },
+        out,
+    );
+}
+
+/// Streams for a cloud. Sweeps that need the same value of the same family share its stream.
+pub(super) struct Streams<'a> {
+    pub layout: &'a Layout,
+    pub families: &'a [Family],
+    pub material: &'a Material,
+    /// Weight [m^3] of the bond to a slot.
+    pub weight: &'a (dyn Fn([f64; 3], usize) -> f64 + Sync),
+    pub values: Vec<Vec<f64>>,
+    numbering: Numbering,
+}
+
+impl<'a> Streams<'a> {
+    pub fn new(
+        layout: &'a Layout,
+        families: &'a [Family],
+        material: &'a Material,
+        weight: &'a (dyn Fn([f64; 3], usize) -> f64 + Sync),
+    ) -> Streams<'a> {
+        Streams {
+            layout,
+            families,
+            material,
+            weight,
+            values: vec![],
+            numbering: Numbering::default(),
+        }
+    }
+
+    pub fn add(&mut self, spec: &Spec, p: &Program, tape: &Tape) -> Result<Geometry, SetupError> {
+        debug_assert!(tape.outs.len() <= MAX_GEOMETRY && spec.dim == self.layout.dim);
+        let keys = self.numbering.outputs(p.family, tape);
+        let mut streams = vec![];
+        let (mut fresh, mut places) = (vec![], vec![]);
+        for (position, key) in keys.into_iter().enumerate() {
+            let next = self.values.len() + fresh.len();
+            let stream = *self.numbering.streams.entry(key).or_insert(next);
+            if stream == next {
+                fresh.push(vec![0.0; self.families[p.family].present.len() * CHUNK]);
+                places.push(position);
+            }
+            streams.push(stream);
+        }
+        if !fresh.is_empty() {
+            self.fill(p, &mut fresh, &places);
+        }
+        self.values.append(&mut fresh);
+        Ok(Geometry::Streams(streams))
+    }
+
+    /// Each chunk writes its own part of every new stream.
+    fn fill(&self, p: &Program, fresh: &mut [Vec<f64>], places: &[usize]) {
+        let family = &self.families[p.family];
+        let mut parts: Vec<Vec<&mut [f64]>> = (0..self.layout.chunks()).map(|_| vec![]).collect();
+        for stream in fresh.iter_mut() {
+            let mut rest = &mut stream[..];
+            for (chunk, parts) in parts.iter_mut().enumerate() {
+                let (part, tail) = rest.split_at_mut(family.rows(chunk).len() * CHUNK);
+                parts.push(part);
+                rest = tail;
+            }
+        }
+        parts
+            .into_par_iter()
+            .enumerate()
+            .for_each(|(chunk, mut parts)| {
+                let mut out = vec![0.0; p.geometry.outs.len()];
+                for (n, row) in family.rows(chunk).enumerate() {
+                    for lane in 0..CHUNK {
+                        let (xi, weight) = self.bond(family, chunk, row, lane);
+                        evaluate(
+                            &p.geometry,
+                            self.material,
+                            self.layout.dim,
+                            xi,
+                            weight,
+                            &mut out,
+                        );
+                        for (part, &position) in parts.iter_mut().zip(places) {
+                            part[n * CHUNK + lane] = out[position];
+                        }
+                    }
+                }
+            });
+    }
+
+    /// Bond vector and weight; padding weighs nothing.
+    fn bond(&self, family: &Family, chunk: usize, row: usize, lane: usize) -> ([f64; 3], f64) {
+        let (node, other) = (
+            self.layout.base[chunk] as usize + lane,
+            family.other(self.layout, chunk, row, lane),
+        );
+        let (a, b) = (self.layout.position(node), self.layout.position(other));
+        let mut xi = [0.0; 3];
+        for k in 0..self.layout.dim {
+            xi[k] = b[k] - a[k];
+        }
+        let there = family.present[row] >> lane & 1 == 1;
+        (xi, if there { (self.weight)(xi, other) } else { 0.0 })
+    }
+}
+
+/// Value numbers: equal operations on equal operands are one value, across tapes of one family.
+#[derive(Default)]
+struct Numbering {
+    values: HashMap<String, usize>,
+    streams: HashMap<usize, usize>,
+}
+
+impl Numbering {
+    fn outputs(&mut self, family: usize, tape: &Tape) -> Vec<usize> {
+        let mut numbers: Vec<usize> = vec![];
+        for op in &tape.ops {
+            let key = match operands(op) {
+                none if none.is_empty() => format!("{family} {op:?}"),
+                some => {
+                    let text = format!("{op:?}");
+                    let name = text.split('(').next().unwrap_or(&text);
+                    let power = if let Op::Powi(_, n) = op { *n } else { 0 };
+                    let ids: Vec<usize> = some.iter().map(|&r| numbers[r as usize]).collect();
+                    format!("{family} {name} {power} {ids:?}")
+                }
+            };
+            let next = self.values.len();
+            numbers.push(*self.values.entry(key).or_insert(next));
+        }
+        tape.outs.iter().map(|&r| numbers[r as usize]).collect()
+    }
+}
+
+/// Entries of a stencil; none in a cloud.
+pub(super) fn entries(family: &Family) -> &[Entry] {
+    match &family.shape {
+        Shape::Stencil(entries) => entries,
+        Shape::List(_) => &[],
+    }
+}
+
+/// 1/|xi| as the lanes of an instruction set compute it.
+fn reciprocal_length(isa: Isa, dim: usize, xi: [f64; 3]) -> f64 {
+    match isa {
+        // SAFETY: the settings were checked, so the processor has the instruction set.
+        #[cfg(target_arch = "x86_64")]
+        Isa::Avx2 => unsafe { in_avx2(dim, xi) },
+        #[cfg(target_arch = "x86_64")]
+        Isa::Avx512 => unsafe { in_avx512(dim, xi) },
+        _ => in_lane::<f64>(dim, xi),
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+fn in_avx2(dim: usize, xi: [f64; 3]) -> f64 {
+    in_lane::<crate::lane::Avx2>(dim, xi)
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
+fn in_avx512(dim: usize, xi: [f64; 3]) -> f64 {
+    in_lane::<crate::lane::Avx512>(dim, xi)
+}
+
+#[inline(always)]
+fn in_lane<L: Memory>(dim: usize, xi: [f64; 3]) -> f64 {
+    let v = [L::splat(xi[0]), L::splat(xi[1]), L::splat(xi[2])];
+    let square = match dim {
+        1 => norm_squared([v[0]]),
+        2 => norm_squared([v[0], v[1]]),
+        _ => norm_squared(v),
+    };
+    square.rsqrt().first()
+}

@@ -1,0 +1,205 @@
+//! Sweeps made ready to run: tapes checked and packed, instances chosen.
+use super::SetupError;
+use crate::body::Flavour;
+use crate::kernel::{CompiledKernel, Entries, Instances, Run};
+use crate::lane::Isa;
+use crate::spec::{Op, SlotKind, Spec, Stage, SweepSpec};
+use crate::tape::{Code, Limits, MAX_VALUES, Place, TapeError, TapeSweep};
+use crate::traverse::{MAX_GEOMETRY, MAX_HISTORIES, MAX_SLOTS, interpreted};
+
+/// One sweep.
+#[derive(Debug)]
+pub(super) struct Program {
+    pub name: String,
+    pub stage: Stage,
+    pub family: usize,
+    pub reference: bool,
+    pub kills: bool,
+    /// Bonds are added before they are tested: the ones that break now still count in this evaluation.
+    pub kills_after: bool,
+    pub own: Vec<usize>,
+    pub nbr: Vec<usize>,
+    pub out: Vec<usize>,
+    /// Positions among the bond histories of the family; the second says which ones this sweep writes.
+    pub history: Vec<usize>,
+    pub writes: Vec<bool>,
+    pub reads_reverse: bool,
+    pub loops: bool,
+    pub tape: Box<TapeSweep>,
+    pub geometry: Code,
+    pub compiled: bool,
+    pub run: [Run; 2],
+}
+
+/// Where the instances come from.
+pub(super) struct Choice {
+    pub kernel: Option<&'static CompiledKernel>,
+    pub isa: Isa,
+    pub lattice: bool,
+    pub flavour: Flavour,
+}
+
+pub(super) fn programs(spec: &Spec, choice: &Choice) -> Result<Vec<Program>, SetupError> {
+    let one = |(k, s): (usize, &SweepSpec)| {
+        program(spec, k, s, choice)
+            .map_err(|e| SetupError::law(&spec.law, format!("sweep `{}`: {e}", s.name)))
+    };
+    spec.sweeps.iter().enumerate().map(one).collect()
+}
+
+fn program(
+    spec: &Spec,
+    position: usize,
+    s: &SweepSpec,
+    choice: &Choice,
+) -> Result<Program, TapeError> {
+    check_lists(spec, s)?;
+    let limits = limits(spec, s);
+    let code = |tape, place| Code::new(tape, place, &limits, choice.flavour);
+    let tape = Box::new(TapeSweep {
+        pre: code(&s.pre, Place::Pre)?,
+        bond: code(&s.bond, Place::Bond)?,
+        post: code(&s.post, Place::Post)?,
+    });
+    if s.post.outs.len() != s.out.len() {
+        return Err(TapeError(format!(
+            "{} values for {} slots",
+            s.post.outs.len(),
+            s.out.len()
+        )));
+    }
+    let entries = choice
+        .kernel
+        .and_then(|k| k.sweeps.iter().find(|e| e.0 == position));
+    let run = match entries {
+        Some((_, e)) => compiled(e, choice),
+        None => interpreted(spec.dim, choice.isa, choice.lattice),
+    };
+    let kill = s.bond.ops.iter().position(|op| matches!(op, Op::Kill(_)));
+    let add = s.bond.ops.iter().position(|op| matches!(op, Op::AddTo(..)));
+    let history = s
+        .history
+        .iter()
+        .map(|&h| history_position(spec, h as usize))
+        .collect::<Vec<_>>();
+    let writes = |k: usize| {
+        s.bond
+            .ops
+            .iter()
+            .any(|op| matches!(*op, Op::PutHistory(h, _) if h as usize == k))
+    };
+    let index = |list: &[u32]| list.iter().map(|&k| k as usize).collect::<Vec<_>>();
+    Ok(Program {
+        name: s.name.clone(),
+        stage: s.stage,
+        family: s.family as usize,
+        reference: s.reference,
+        kills: kill.is_some(),
+        kills_after: matches!((kill, add), (Some(k), Some(a)) if a < k),
+        own: index(&s.own),
+        nbr: index(&s.nbr),
+        out: index(&s.out),
+        writes: (0..history.len()).map(writes).collect(),
+        history,
+        reads_reverse: s.bond.ops.iter().any(|op| matches!(op, Op::Reverse(_))),
+        loops: !tape.bond.steps.is_empty(),
+        geometry: code(&s.geometry, Place::Geometry)?,
+        tape,
+        compiled: entries.is_some(),
+        run,
+    })
+}
+
+fn limits(spec: &Spec, s: &SweepSpec) -> Limits {
+    Limits {
+        dim: spec.dim,
+        variables: 0,
+        params: spec.params.len(),
+        influences: spec.influences.len(),
+        constants: spec.constants.outs.len(),
+        own: s.own.len(),
+        nbr: s.nbr.len(),
+        geometry: s.geometry.outs.len(),
+        pre: s.pre.outs.len(),
+        accumulators: s.accumulators as usize,
+        history: s.history.len(),
+        kills: s.kills && !s.reference && s.stage == Stage::Step,
+        updates: s.stage == Stage::Update,
+    }
+}
+
+/// Ids in range, and no write that another node could read in the same sweep.
+fn check_lists(spec: &Spec, s: &SweepSpec) -> Result<(), TapeError> {
+    let fail = |m: String| Err(TapeError(m));
+    if s.family as usize >= spec.families.len() {
+        return fail(format!("family {} does not exist", s.family));
+    }
+    for (name, list) in [
+        ("read", &s.own),
+        ("read at the other end", &s.nbr),
+        ("written", &s.out),
+    ] {
+        if list.len() > MAX_SLOTS {
+            return fail(format!(
+                "{} slots are {name}, {MAX_SLOTS} are possible",
+                list.len()
+            ));
+        }
+        if let Some(k) = list.iter().find(|&&k| k as usize >= spec.slots.len()) {
+            return fail(format!("slot {k} does not exist"));
+        }
+    }
+    for &k in &s.out {
+        if !matches!(spec.slots[k as usize].kind, SlotKind::Computed(_)) {
+            return fail(format!(
+                "slot `{}` is state and cannot be written",
+                spec.slots[k as usize].name
+            ));
+        }
+        if s.nbr.contains(&k) || s.out.iter().filter(|&&o| o == k).count() > 1 {
+            return fail(format!(
+                "slot `{}` is written twice, or while other nodes read it",
+                spec.slots[k as usize].name
+            ));
+        }
+    }
+    for (n, most, name) in [
+        (s.geometry.outs.len(), MAX_GEOMETRY, "geometry values"),
+        (s.pre.outs.len(), MAX_VALUES, "prologue values"),
+        (s.accumulators as usize, MAX_VALUES, "sums"),
+        (s.history.len(), MAX_HISTORIES, "histories"),
+    ] {
+        if n > most {
+            return fail(format!("{n} {name}, {most} are possible"));
+        }
+    }
+    for &h in &s.history {
+        match spec.histories.get(h as usize) {
+            Some(h) if h.bond && h.family == s.family => {}
+            _ => return fail(format!("{h} is not a bond history of its family")),
+        }
+    }
+    Ok(())
+}
+
+/// Position of a history among the bond histories of its family.
+fn history_position(spec: &Spec, h: usize) -> usize {
+    let family = spec.histories[h].family;
+    spec.histories[..h]
+        .iter()
+        .filter(|o| o.bond && o.family == family)
+        .count()
+}
+
+fn compiled(e: &Entries, choice: &Choice) -> [Run; 2] {
+    let i: &Instances = match choice.isa {
+        Isa::Scalar => &e.scalar,
+        #[cfg(target_arch = "x86_64")]
+        Isa::Avx2 => &e.avx2,
+        #[cfg(target_arch = "x86_64")]
+        Isa::Avx512 => &e.avx512,
+        #[cfg(not(target_arch = "x86_64"))]
+        _ => &e.scalar,
+    };
+    if choice.lattice { i.lattice } else { i.cloud }
+}

@@ -1,0 +1,269 @@
+//! Running sweeps: addresses into a call, chunks over threads.
+use super::geometry::Geometry;
+use super::program::Program;
+use super::{Engine, Home, State};
+use crate::kernel::Run;
+use crate::layout::Shape;
+use crate::spec::Stage;
+use crate::traverse::{CHUNK, Call, MAX_GEOMETRY, MAX_HISTORIES, MAX_SLOTS};
+use rayon::prelude::*;
+use std::ptr::{null, null_mut};
+
+/// Rows of a task: tens of microseconds, so that handing it out costs nothing.
+const ROWS_PER_TASK: usize = 8192;
+const ALL: u8 = 0xFF;
+const NOTHING: u8 = 0;
+
+impl Engine {
+    /// The first step sweep that can break bonds decides.
+    pub(super) fn killer(&self) -> Option<usize> {
+        self.programs
+            .iter()
+            .position(|p| p.stage == Stage::Step && p.kills)
+    }
+
+    pub(super) fn run_stage(&mut self, stage: Stage, s: &State) {
+        for k in 0..self.programs.len() {
+            if self.programs[k].stage == stage {
+                self.run_all(k, s);
+            }
+        }
+    }
+
+    /// A pure run over the whole body.
+    pub(super) fn run_all(&mut self, k: usize, s: &State) {
+        let call = self.call(k, s);
+        let (p, bonds) = (&self.programs[k], &self.bonds[self.programs[k].family]);
+        let whole = if p.reference {
+            &bonds.whole_reference
+        } else {
+            &bonds.whole_intact
+        };
+        self.over_chunks(p, &call, whole);
+        self.refresh_outputs(k);
+    }
+
+    /// A run that breaks bonds: always with masks.
+    pub(super) fn run_armed(&mut self, k: usize, s: &mut State) {
+        let mut call = self.call(k, s);
+        let family = self.programs[k].family;
+        let bonds = &self.bonds[family];
+        if bonds.armed.is_empty() {
+            call.armed = &ALL;
+        } else {
+            (call.armed, call.armed_step) = (bonds.armed.as_ptr(), 1);
+        }
+        call.broken = self.broken.as_mut_ptr();
+        call.bits = s.families[family].intact.as_mut_ptr();
+        self.over_chunks(&self.programs[k], &call, &[]);
+        self.refresh_outputs(k);
+    }
+
+    /// A pure run over some chunks.
+    pub(super) fn run_some(&mut self, k: usize, s: &State, chunks: &[u32]) {
+        let call = self.call(k, s);
+        let run = self.programs[k].run[1];
+        let one = |&c: &u32| unsafe { run(&call, c as usize, c as usize + 1) };
+        if chunks.len() >= 256 && rayon::current_num_threads() > 1 {
+            chunks.par_iter().with_min_len(64).for_each(one);
+        } else {
+            chunks.iter().for_each(one);
+        }
+        self.refresh_outputs(k);
+    }
+
+    /// `whole`: one byte per chunk, 1 where the instance without masks may run; empty: nowhere.
+    fn over_chunks(&self, p: &Program, call: &Call, whole: &[u8]) {
+        let chunks = self.layout.chunks();
+        let rows = self.families[p.family].present.len() / chunks.max(1);
+        let grain = (ROWS_PER_TASK / (rows + 8)).clamp(1, 512);
+        let tasks = chunks.div_ceil(grain);
+        // SAFETY: the instances were chosen for this processor and this traversal.
+        let task = |t: usize| unsafe {
+            stretch(p.run, call, whole, t * grain, ((t + 1) * grain).min(chunks))
+        };
+        if tasks > 1 && rayon::current_num_threads() > 1 {
+            (0..tasks).into_par_iter().for_each(task);
+        } else {
+            (0..tasks).for_each(task);
+        }
+    }
+
+    fn call(&mut self, k: usize, s: &State) -> Call {
+        let p = &self.programs[k];
+        let (family, bonds) = (&self.families[p.family], &self.bonds[p.family]);
+        let state = &s.families[p.family];
+        let mut call = Call {
+            u: [null(); 3],
+            x: [null(); 3],
+            own: [null(); MAX_SLOTS],
+            nbr: [null(); MAX_SLOTS],
+            out: [null_mut(); MAX_SLOTS],
+            constants: self.constants.as_ptr(),
+            base: self.layout.base.as_ptr(),
+            nodes: self.layout.nodes.as_ptr(),
+            first: family.first.as_ptr(),
+            last: if p.loops {
+                family.last.as_ptr()
+            } else {
+                family.first.as_ptr()
+            },
+            // Never written in a pure run: nothing is armed.
+            bits: if p.reference {
+                family.present.as_ptr()
+            } else {
+                state.intact.as_ptr()
+            }
+            .cast_mut(),
+            armed: &NOTHING,
+            armed_step: 0,
+            broken: null_mut(),
+            entries: 0,
+            table: null(),
+            stride: 0,
+            index: null(),
+            geometry: [null(); MAX_GEOMETRY],
+            history: [null(); MAX_HISTORIES],
+            next: [null_mut(); MAX_HISTORIES],
+            reverse: bonds.reverse.as_ptr(),
+            tape: &*p.tape,
+        };
+        for a in 0..self.spec.dim {
+            call.u[a] = s.u[a].as_ptr();
+            call.x[a] = self.layout.x[a].as_ptr();
+        }
+        for (to, &slot) in call.own.iter_mut().zip(&p.own) {
+            *to = self.values(slot, s);
+        }
+        for (to, &slot) in call.nbr.iter_mut().zip(&p.nbr) {
+            *to = self.values(slot, s);
+        }
+        for (k, &h) in p.history.iter().enumerate() {
+            call.history[k] = state.history[h].as_ptr();
+            call.next[k] = bonds.next[h].as_ptr().cast_mut();
+        }
+        self.point_to_geometry(k, &mut call);
+        self.point_to_outputs(k, &mut call);
+        call
+    }
+
+    fn values(&self, slot: usize, s: &State) -> *const f64 {
+        match self.homes[slot] {
+            Home::Displacement(a) => s.u[a].as_ptr(),
+            Home::Velocity(a) => s.v[a].as_ptr(),
+            Home::Position(a) => self.layout.x[a].as_ptr(),
+            Home::State(k) => s.slots[k].as_ptr(),
+            Home::Array(k) => self.arrays[k].as_ptr(),
+        }
+    }
+
+    fn point_to_geometry(&self, k: usize, call: &mut Call) {
+        match &self.geometry[k] {
+            Geometry::Table { stride, values } => {
+                call.stride = *stride;
+                call.table = values.as_ptr();
+                call.entries = values.len() / stride;
+            }
+            Geometry::Streams(streams) => {
+                for (to, &s) in call.geometry.iter_mut().zip(streams) {
+                    *to = self.streams[s].as_ptr();
+                }
+            }
+        }
+        if let Shape::List(index) = &self.families[self.programs[k].family].shape {
+            call.index = index.as_ptr();
+        }
+    }
+
+    fn point_to_outputs(&mut self, k: usize, call: &mut Call) {
+        let p = &self.programs[k];
+        for (to, &slot) in call.out.iter_mut().zip(&p.out) {
+            if let Home::Array(a) = self.homes[slot] {
+                *to = self.arrays[a].as_mut_ptr();
+            }
+        }
+        for (k, &h) in p.history.iter().enumerate() {
+            call.next[k] = self.bonds[p.family].next[h].as_mut_ptr();
+        }
+    }
+
+    /// Ghosts of what a sweep wrote, where another sweep reads them.
+    fn refresh_outputs(&mut self, k: usize) {
+        if self.layout.ghosts.to.is_empty() {
+            return;
+        }
+        for n in 0..self.programs[k].out.len() {
+            let slot = self.programs[k].out[n];
+            if let (true, Home::Array(a)) = (self.reads_ghosts[slot], self.homes[slot]) {
+                self.layout.ghosts.refresh(&mut self.arrays[a]);
+            }
+        }
+    }
+
+    /// Ghosts of the state.
+    pub(super) fn refresh_state(&self, s: &mut State) {
+        if self.layout.ghosts.to.is_empty() {
+            return;
+        }
+        for values in s.u.iter_mut().chain(&mut s.v).chain(&mut s.slots) {
+            self.layout.ghosts.refresh(values);
+        }
+    }
+
+    /// What update sweeps wrote becomes the committed value.
+    pub(super) fn swap_histories(&mut self, s: &mut State) {
+        for p in self.programs.iter().filter(|p| p.stage == Stage::Update) {
+            for (&h, _) in p.history.iter().zip(&p.writes).filter(|w| *w.1) {
+                std::mem::swap(
+                    &mut s.families[p.family].history[h],
+                    &mut self.bonds[p.family].next[h],
+                );
+            }
+        }
+        for h in &self.spec.histories {
+            let Some((committed, next)) = h.slot else {
+                continue;
+            };
+            if let (Home::State(k), Home::Array(a)) =
+                (self.homes[committed as usize], self.homes[next as usize])
+            {
+                s.slots[k].copy_from_slice(&self.arrays[a]);
+            }
+        }
+    }
+
+    /// Lengths that the traversals rely on, without looking at the masks.
+    pub(super) fn fits_quickly(&self, s: &State) -> bool {
+        let len = self.layout.len;
+        let nodes =
+            |list: &[Vec<f64>], n: usize| list.len() == n && list.iter().all(|v| v.len() == len);
+        nodes(&s.u, self.spec.dim)
+            && nodes(&s.v, self.spec.dim)
+            && nodes(&s.slots, self.state_slots)
+            && s.families.len() == self.families.len()
+            && s.families
+                .iter()
+                .zip(&self.families)
+                .zip(&self.bonds)
+                .all(|((s, f), b)| {
+                    s.intact.len() == f.present.len()
+                        && s.history.len() == b.initial.len()
+                        && s.history
+                            .iter()
+                            .all(|h| h.len() == f.present.len() * CHUNK + CHUNK)
+                })
+    }
+}
+
+/// Runs stretches of chunks that share an instance.
+unsafe fn stretch(run: [Run; 2], call: &Call, whole: &[u8], mut from: usize, to: usize) {
+    while from < to {
+        let kind = whole.get(from).copied().unwrap_or(0);
+        let mut end = from + 1;
+        while end < to && whole.get(end).copied().unwrap_or(0) == kind {
+            end += 1;
+        }
+        unsafe { run[1 - kind as usize](call, from, end) };
+        from = end;
+    }
+}

@@ -1,0 +1,314 @@
+//! Making an engine: check, estimate, lay out, evaluate, run the reference stage.
+use super::constants::{AtReferenceBond, Material, material};
+use super::geometry::{Geometry, Streams, entries, table};
+use super::program::{Choice, Program, programs};
+use super::redo::Redo;
+use super::{BondData, Engine, Home, Isa, Law, Settings, SetupError, Traversal, check, memory};
+use crate::body::Body;
+use crate::layout::{
+    Family, Filter, INCLUSIVE, Layout, cloud, lattice, partial_volume, plan_lattice,
+};
+use crate::spec::{SlotKind, Spec, Stage};
+use crate::tape::{Code, Limits, Place, length, truth};
+use crate::traverse::CHUNK;
+
+/// Lanes of a lattice chunk that must hold a node on average, or the cloud is faster.
+const FILL: f64 = 0.45;
+/// Slots per node above which a padded box is a waste of memory.
+const SPARSE: usize = 40;
+
+pub(super) fn engine(body: &Body, law: Law, settings: Settings) -> Result<Engine, SetupError> {
+    let spec = law.spec;
+    check::spec(&spec)?;
+    check::body(body)?;
+    check::settings(&spec, &settings)?;
+    if spec.dim != body.flavour.dim() {
+        let m = format!(
+            "it has {} dimensions, the body is {}",
+            spec.dim,
+            body.flavour.name()
+        );
+        return Err(SetupError::law(&spec.law, m));
+    }
+    let lattice = use_lattice(body, &settings)?;
+    let isa = settings.isa.unwrap_or_else(Isa::best);
+    let programs = programs(
+        &spec,
+        &Choice {
+            kernel: law.kernel,
+            isa,
+            lattice,
+            flavour: body.flavour,
+        },
+    )?;
+    let material = material(&spec, body, &settings)?;
+    memory::check(&spec, &programs, body, &settings, lattice)?;
+    let filters = filters(&spec, body, &material)?;
+    let (layout, families) = lay_out(body, &settings, lattice, &filters);
+    drop(filters);
+    for f in &families {
+        if f.present.len() + 1 >= (i32::MAX as usize) / CHUNK {
+            return Err(SetupError::Body(
+                "the body has too many bonds for one engine: use a larger spacing".into(),
+            ));
+        }
+    }
+    let (geometry, streams) = geometry(
+        &spec, &programs, body, &settings, &layout, &families, &material, isa,
+    )?;
+    let mut engine = assemble(
+        spec,
+        isa,
+        lattice,
+        layout,
+        families,
+        programs,
+        geometry,
+        streams,
+        material.constants,
+    );
+    let rest = engine.state();
+    engine.refresh_whole(&rest);
+    engine.run_stage(Stage::Reference, &rest);
+    engine.family_stage(&rest);
+    Ok(engine)
+}
+
+fn use_lattice(body: &Body, settings: &Settings) -> Result<bool, SetupError> {
+    let fail = |m: &str| Err(SetupError::Settings(m.into()));
+    let (Some(grid), true) = (&body.grid, settings.traversal != Traversal::Cloud) else {
+        return match settings.traversal {
+            Traversal::Lattice => {
+                fail("the lattice traversal needs a body on a regular grid: use `cloud`")
+            }
+            _ => Ok(false),
+        };
+    };
+    let uniform = body
+        .volume
+        .iter()
+        .all(|v| (v - body.volume[0]).abs() <= 1e-12 * body.volume[0]);
+    if settings.traversal == Traversal::Lattice {
+        return if uniform {
+            Ok(true)
+        } else {
+            fail("the lattice traversal needs equal node volumes: use `cloud`")
+        };
+    }
+    let reach = (settings.horizon / grid.spacing).min(1e6);
+    let padded: f64 = (0..body.flavour.dim())
+        .map(|a| grid.shape[a] as f64 + 2.0 * reach)
+        .product();
+    if !uniform || padded > (SPARSE * body.x.len()) as f64 + 1e5 {
+        return Ok(false);
+    }
+    let plan = plan_lattice(body, grid, settings.horizon);
+    Ok(body.x.len() as f64 >= FILL * (plan.chunks * CHUNK) as f64 || body.x.len() < 1000)
+}
+
+/// Filters of the named families, as code.
+fn filters<'a>(
+    spec: &Spec,
+    body: &Body,
+    material: &'a Material,
+) -> Result<Vec<Option<BoxedFilter<'a>>>, SetupError> {
+    let dim = spec.dim;
+    let limits = Limits {
+        dim,
+        influences: spec.influences.len(),
+        constants: spec.constants.outs.len(),
+        ..Limits::default()
+    };
+    let one = |f: &crate::spec::FamilySpec| {
+        let Some(tape) = &f.filter else {
+            return Ok(None);
+        };
+        let code = Code::new(tape, Place::Filter, &limits, body.flavour)
+            .map_err(|e| SetupError::law(&spec.law, format!("family `{}`: {e}", f.name)))?;
+        let keep = move |xi: [f64; 3], weight: f64| {
+            truth(
+                &code,
+                &mut AtReferenceBond {
+                    material,
+                    xi,
+                    length: length(xi, dim),
+                    weight,
+                },
+            )
+        };
+        Ok(Some(Box::new(keep) as BoxedFilter))
+    };
+    spec.families.iter().map(one).collect()
+}
+
+type BoxedFilter<'a> = Box<dyn Fn([f64; 3], f64) -> bool + Sync + 'a>;
+
+fn lay_out(
+    body: &Body,
+    s: &Settings,
+    on_lattice: bool,
+    filters: &[Option<BoxedFilter>],
+) -> (Layout, Vec<Family>) {
+    let filters: Vec<Option<Filter>> = filters
+        .iter()
+        .map(|f| f.as_ref().map(|f| &**f as Filter))
+        .collect();
+    match &body.grid {
+        Some(grid) if on_lattice => {
+            let plan = plan_lattice(body, grid, s.horizon);
+            lattice(body, grid, &plan, s.horizon, s.partial_volume, &filters)
+        }
+        _ => cloud(body, s.horizon, s.partial_volume, &filters),
+    }
+}
+
+#[allow(clippy::too_many_arguments)]
+fn geometry(
+    spec: &Spec,
+    programs: &[Program],
+    body: &Body,
+    settings: &Settings,
+    layout: &Layout,
+    families: &[Family],
+    material: &Material,
+    isa: Isa,
+) -> Result<(Vec<Geometry>, Vec<Vec<f64>>), SetupError> {
+    let weight = |xi: [f64; 3], other: usize| {
+        let r = length(xi, spec.dim);
+        let fraction = if settings.partial_volume {
+            partial_volume(r, settings.horizon, body.spacing)
+        } else {
+            1.0
+        };
+        fraction * layout.volume[layout.ghosts.origin(other)]
+    };
+    let mut streams = Streams::new(layout, families, material, &weight);
+    let mut geometry = vec![];
+    for (p, s) in programs.iter().zip(&spec.sweeps) {
+        let on_lattice = matches!(families[p.family].shape, crate::layout::Shape::Stencil(_));
+        geometry.push(match on_lattice {
+            true => table(p, entries(&families[p.family]), material, spec.dim, isa),
+            false => streams.add(spec, p, &s.geometry)?,
+        });
+    }
+    Ok((geometry, streams.values))
+}
+
+#[allow(clippy::too_many_arguments)]
+fn assemble(
+    spec: Spec,
+    isa: Isa,
+    lattice: bool,
+    layout: Layout,
+    families: Vec<Family>,
+    programs: Vec<Program>,
+    geometry: Vec<Geometry>,
+    streams: Vec<Vec<f64>>,
+    constants: Vec<f64>,
+) -> Engine {
+    let (homes, arrays, state_slots) = homes(&spec);
+    let mut reads_ghosts = vec![false; spec.slots.len()];
+    for p in &programs {
+        for &k in &p.nbr {
+            reads_ghosts[k] = true;
+        }
+    }
+    let bonds = (0..families.len())
+        .map(|f| bond_data(&spec, &programs, &layout, &families[f], f))
+        .collect();
+    let redo = Redo::new(&programs, spec.slots.len(), layout.chunks());
+    Engine {
+        arrays: (0..arrays).map(|_| vec![0.0; layout.len]).collect(),
+        broken: vec![0; layout.chunks()],
+        spec,
+        isa,
+        lattice,
+        layout,
+        families,
+        programs,
+        geometry,
+        streams,
+        constants,
+        homes,
+        reads_ghosts,
+        state_slots,
+        bonds,
+        redo,
+    }
+}
+
+/// Forces first, then tangents, so that each is a slice of arrays.
+fn homes(spec: &Spec) -> (Vec<Home>, usize, usize) {
+    let mut homes = vec![None; spec.slots.len()];
+    let (mut arrays, mut states) = (0, 0);
+    for &k in spec.force.iter().chain(&spec.tangent) {
+        homes[k as usize] = Some(Home::Array(arrays));
+        arrays += 1;
+    }
+    for (home, slot) in homes.iter_mut().zip(&spec.slots) {
+        if home.is_some() {
+            continue;
+        }
+        *home = Some(match slot.kind {
+            SlotKind::Displacement(a) => Home::Displacement(a as usize),
+            SlotKind::Velocity(a) => Home::Velocity(a as usize),
+            SlotKind::Position(a) => Home::Position(a as usize),
+            SlotKind::State => {
+                states += 1;
+                Home::State(states - 1)
+            }
+            SlotKind::Increment(_) | SlotKind::Computed(_) => {
+                arrays += 1;
+                Home::Array(arrays - 1)
+            }
+        });
+    }
+    (homes.into_iter().flatten().collect(), arrays, states)
+}
+
+fn bond_data(
+    spec: &Spec,
+    programs: &[Program],
+    layout: &Layout,
+    family: &Family,
+    f: usize,
+) -> BondData {
+    let initial: Vec<f64> = spec
+        .histories
+        .iter()
+        .filter(|h| h.bond && h.family as usize == f)
+        .map(|h| h.initial)
+        .collect();
+    let reads_reverse = programs.iter().any(|p| p.family == f && p.reads_reverse);
+    BondData {
+        next: initial
+            .iter()
+            .map(|&v| vec![v; super::history_len(family)])
+            .collect(),
+        initial,
+        reverse: if reads_reverse {
+            family.reverse(layout)
+        } else {
+            vec![]
+        },
+        armed: vec![],
+        whole_reference: vec![0; layout.chunks()],
+        whole_intact: vec![0; layout.chunks()],
+        stamp: 0,
+    }
+}
+
+/// Cells within reach, for estimates.
+pub(super) fn neighbours(body: &Body, horizon: f64) -> f64 {
+    let dim = body.flavour.dim();
+    let ball = [2.0, std::f64::consts::PI, 4.0 / 3.0 * std::f64::consts::PI][dim - 1];
+    let h = horizon * INCLUSIVE / body.spacing;
+    (ball * h.powi(dim as i32)).min(
+        body.x.len() as f64
+            * if body.periodic.iter().any(|p| p.is_some()) {
+                1e9
+            } else {
+                1.0
+            },
+    )
+}

@@ -1,0 +1,159 @@
+//! AVX2 and FMA: four nodes in a register.
+// SAFETY (whole file): every intrinsic needs only instructions of this set, and values of the type exist
+// only below a wrapper that runs on processors which have it (see the module above).
+use super::{Memory, Sealed, lane_by_lane, powi};
+use crate::kernel::Lane;
+use std::arch::x86_64::*;
+
+#[derive(Clone, Copy)]
+pub(crate) struct Avx2(__m256d);
+
+/// Truth in the sign bit of each lane; the other bits mean nothing.
+#[derive(Clone, Copy)]
+pub(crate) struct Signs(__m256d);
+
+impl Avx2 {
+    #[inline(always)]
+    fn to_array(self) -> [f64; 4] {
+        let mut a = [0.0; 4];
+        unsafe { _mm256_storeu_pd(a.as_mut_ptr(), self.0) };
+        a
+    }
+    #[inline(always)]
+    fn from_array(a: [f64; 4]) -> Self {
+        Self(unsafe { _mm256_loadu_pd(a.as_ptr()) })
+    }
+}
+
+impl Sealed for Avx2 {}
+
+impl Lane for Avx2 {
+    const W: usize = 4;
+    type Mask = Signs;
+    #[inline(always)]
+    fn splat(v: f64) -> Self {
+        Self(unsafe { _mm256_set1_pd(v) })
+    }
+    #[inline(always)]
+    fn add(self, b: Self) -> Self {
+        Self(unsafe { _mm256_add_pd(self.0, b.0) })
+    }
+    #[inline(always)]
+    fn sub(self, b: Self) -> Self {
+        Self(unsafe { _mm256_sub_pd(self.0, b.0) })
+    }
+    #[inline(always)]
+    fn mul(self, b: Self) -> Self {
+        Self(unsafe { _mm256_mul_pd(self.0, b.0) })
+    }
+    #[inline(always)]
+    fn div(self, b: Self) -> Self {
+        Self(unsafe { _mm256_div_pd(self.0, b.0) })
+    }
+    #[inline(always)]
+    fn min(self, b: Self) -> Self {
+        Self(unsafe { _mm256_min_pd(self.0, b.0) })
+    }
+    #[inline(always)]
+    fn max(self, b: Self) -> Self {
+        Self(unsafe { _mm256_max_pd(self.0, b.0) })
+    }
+    #[inline(always)]
+    fn fma(self, b: Self, c: Self) -> Self {
+        Self(unsafe { _mm256_fmadd_pd(self.0, b.0, c.0) })
+    }
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self(unsafe { _mm256_xor_pd(self.0, _mm256_set1_pd(-0.0)) })
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self(unsafe { _mm256_andnot_pd(_mm256_set1_pd(-0.0), self.0) })
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self(unsafe { _mm256_sqrt_pd(self.0) })
+    }
+    lane_by_lane!(exp, ln, sin, cos, tan);
+    #[inline(always)]
+    fn pow(self, b: Self) -> Self {
+        let (mut a, b) = (self.to_array(), b.to_array());
+        let mut k = 0;
+        while k < 4 {
+            a[k] = a[k].powf(b[k]);
+            k += 1;
+        }
+        Self::from_array(a)
+    }
+    #[inline(always)]
+    fn powi(self, n: i32) -> Self {
+        powi(self, n)
+    }
+    /// Root and division: with this instruction set the estimate is no faster.
+    #[inline(always)]
+    fn rsqrt(self) -> Self {
+        Self(unsafe { _mm256_div_pd(_mm256_set1_pd(1.0), _mm256_sqrt_pd(self.0)) })
+    }
+    #[inline(always)]
+    fn lt(self, b: Self) -> Signs {
+        Signs(unsafe { _mm256_cmp_pd::<_CMP_LT_OQ>(self.0, b.0) })
+    }
+    #[inline(always)]
+    fn le(self, b: Self) -> Signs {
+        Signs(unsafe { _mm256_cmp_pd::<_CMP_LE_OQ>(self.0, b.0) })
+    }
+    #[inline(always)]
+    fn and(a: Signs, b: Signs) -> Signs {
+        Signs(unsafe { _mm256_and_pd(a.0, b.0) })
+    }
+    #[inline(always)]
+    fn or(a: Signs, b: Signs) -> Signs {
+        Signs(unsafe { _mm256_or_pd(a.0, b.0) })
+    }
+    #[inline(always)]
+    fn not(a: Signs) -> Signs {
+        Signs(unsafe { _mm256_xor_pd(a.0, _mm256_set1_pd(-0.0)) })
+    }
+    #[inline(always)]
+    fn select(m: Signs, a: Self, b: Self) -> Self {
+        Self(unsafe { _mm256_blendv_pd(b.0, a.0, m.0) })
+    }
+}
+
+impl Memory for Avx2 {
+    #[inline(always)]
+    unsafe fn load(p: *const f64) -> Self {
+        Self(unsafe { _mm256_loadu_pd(p) })
+    }
+    #[inline(always)]
+    unsafe fn store(self, p: *mut f64) {
+        unsafe { _mm256_storeu_pd(p, self.0) }
+    }
+    #[inline(always)]
+    unsafe fn gather(p: *const f64, index: *const u32) -> Self {
+        Self(unsafe { _mm256_i32gather_pd::<8>(p, _mm_loadu_si128(index.cast())) })
+    }
+    /// Shifts bit k into the sign of lane k.
+    #[inline(always)]
+    fn mask(bits: u8) -> Signs {
+        unsafe {
+            let all = _mm256_set1_epi64x(bits as i64);
+            Signs(_mm256_castsi256_pd(_mm256_sllv_epi64(
+                all,
+                _mm256_setr_epi64x(63, 62, 61, 60),
+            )))
+        }
+    }
+    #[inline(always)]
+    fn bits(m: Signs) -> u8 {
+        unsafe { _mm256_movemask_pd(m.0) as u8 }
+    }
+    #[inline(always)]
+    fn first(self) -> f64 {
+        unsafe { _mm256_cvtsd_f64(self.0) }
+    }
+    #[inline(always)]
+    fn prefetch(p: *const u8) {
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(p.cast()) }
+    }
+}

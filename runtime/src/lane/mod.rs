@@ -1,0 +1,127 @@
+//! Lane types: `f64` itself, and the vectors of AVX2 and AVX-512.
+//!
+//! Operators of the vector types are safe functions over instructions that the processor may lack. They
+//! are sound because the types are private to the runtime: only the traversals name them, below wrappers
+//! that are reached after [`Isa::available`] said yes.
+mod scalar;
+
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+#[cfg(target_arch = "x86_64")]
+mod avx512;
+
+#[cfg(target_arch = "x86_64")]
+pub(crate) use avx2::Avx2;
+#[cfg(target_arch = "x86_64")]
+pub(crate) use avx512::Avx512;
+
+use crate::kernel::Lane;
+
+/// Closes [`Lane`] to types of this module.
+pub trait Sealed {}
+
+/// What only the traversals do with a lane: memory and mask bits.
+///
+/// # Safety
+/// Pointers must be valid for `W` values (indices: `W` indices, each valid for the array).
+pub(crate) trait Memory: Lane {
+    unsafe fn load(p: *const f64) -> Self;
+    unsafe fn store(self, p: *mut f64);
+    unsafe fn gather(p: *const f64, index: *const u32) -> Self;
+    /// Lane k is true where bit k is set; higher bits are ignored.
+    fn mask(bits: u8) -> Self::Mask;
+    fn bits(m: Self::Mask) -> u8;
+    fn first(self) -> f64;
+    fn prefetch(p: *const u8);
+}
+
+/// An instruction set with its own instances of every sweep.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Isa {
+    Scalar,
+    Avx2,
+    Avx512,
+}
+
+impl Isa {
+    pub const ALL: [Isa; 3] = [Isa::Scalar, Isa::Avx2, Isa::Avx512];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Isa::Scalar => "scalar",
+            Isa::Avx2 => "avx2",
+            Isa::Avx512 => "avx512",
+        }
+    }
+
+    /// True where this processor can run it.
+    #[cfg(target_arch = "x86_64")]
+    pub fn available(self) -> bool {
+        use std::arch::is_x86_feature_detected as has;
+        let avx2 = has!("avx2") && has!("fma");
+        match self {
+            Isa::Scalar => true,
+            Isa::Avx2 => avx2,
+            Isa::Avx512 => avx2 && has!("avx512f") && has!("avx512dq") && has!("avx512vl"),
+        }
+    }
+
+    #[cfg(not(target_arch = "x86_64"))]
+    pub fn available(self) -> bool {
+        self == Isa::Scalar
+    }
+
+    /// The widest one that this processor can run.
+    pub fn best() -> Isa {
+        let mut best = Isa::Scalar;
+        for isa in Isa::ALL {
+            if isa.available() {
+                best = isa;
+            }
+        }
+        best
+    }
+}
+
+/// Integer power by repeated squaring, in the one order that every path uses.
+#[inline(always)]
+fn powi<L: Lane>(base: L, n: i32) -> L {
+    let mut k = n.unsigned_abs();
+    let mut square = base;
+    let mut result = L::splat(1.0);
+    let mut started = false;
+    while k > 0 {
+        if k & 1 == 1 {
+            result = if started { result.mul(square) } else { square };
+            started = true;
+        }
+        k >>= 1;
+        if k > 0 {
+            square = square.mul(square);
+        }
+    }
+    if n < 0 {
+        L::splat(1.0).div(result)
+    } else {
+        result
+    }
+}
+
+/// Functions that have no instruction: lane by lane through the standard library.
+#[cfg(target_arch = "x86_64")]
+macro_rules! lane_by_lane {
+    ($($name:ident),*) => {$(
+        #[inline(always)]
+        fn $name(self) -> Self {
+            let mut a = self.to_array();
+            let mut k = 0;
+            while k < Self::W {
+                a[k] = a[k].$name();
+                k += 1;
+            }
+            Self::from_array(a)
+        }
+    )*};
+}
+#[cfg(target_arch = "x86_64")]
+use lane_by_lane;

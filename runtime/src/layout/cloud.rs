@@ -1,0 +1,241 @@
+//! Cloud layout: any nodes, spatially ordered, neighbour lists in SELL-8 (eight nodes in lanes, one column a row).
+use super::search::Cells;
+use super::{Family, Filter, Ghosts, INCLUSIVE, Layout, NONE, Shape, partial_volume};
+use crate::body::Body;
+use crate::tape::length;
+use crate::traverse::CHUNK;
+use rayon::prelude::*;
+
+/// Builds the layout and one family per filter.
+pub(crate) fn cloud(
+    body: &Body,
+    delta: f64,
+    partial: bool,
+    filters: &[Option<Filter>],
+) -> (Layout, Vec<Family>) {
+    let layout = place(body, delta);
+    let nodes = body.x.len() as u32;
+    let mut used: Vec<u32> = (0..nodes).collect();
+    used.extend(&layout.ghosts.to);
+    let cells = Cells::new(&layout.x, layout.dim, delta, &used);
+    let volume = |slot: usize| layout.volume[layout.ghosts.origin(slot)];
+    let weight = |xi: [f64; 3], other: usize| {
+        let fraction = if partial {
+            partial_volume(length(xi, layout.dim), delta, body.spacing)
+        } else {
+            1.0
+        };
+        fraction * volume(other)
+    };
+    let families = filters.iter().map(|filter| {
+        let search = |p: usize, found: &mut Vec<u32>| {
+            cells.neighbours(p, found);
+            if let Some(filter) = filter {
+                found.retain(|&q| {
+                    let xi = cells.xi(p, q as usize);
+                    filter(xi, weight(xi, q as usize))
+                });
+            }
+        };
+        family(&layout, nodes as usize, &search)
+    });
+    let families = families.collect();
+    (layout, families)
+}
+
+/// Spatial order, then ghosts behind the nodes.
+fn place(body: &Body, delta: f64) -> Layout {
+    let n = body.x.len();
+    let mut order: Vec<u32> = (0..n as u32).collect();
+    let key = Curve::new(body, delta);
+    order.par_sort_by_key(|&node| (key.of(body.x[node as usize]), node));
+    let padded = n.next_multiple_of(CHUNK);
+    let images = images(body, &order, delta);
+    let len = (padded + images.len()).next_multiple_of(CHUNK);
+    let mut layout = Layout {
+        dim: body.flavour.dim(),
+        len,
+        slot: vec![0; n],
+        user: vec![NONE; len],
+        ..Layout::default()
+    };
+    // Padding repeats the last node, so that nothing lies far away.
+    let last = order[n - 1] as usize;
+    layout.x = std::array::from_fn(|a| vec![body.x[last][a]; len]);
+    layout.volume = vec![0.0; len];
+    for (s, &node) in order.iter().enumerate() {
+        layout.slot[node as usize] = s as u32;
+        layout.user[s] = node;
+        layout.volume[s] = body.volume[node as usize];
+        for a in 0..3 {
+            layout.x[a][s] = body.x[node as usize][a];
+        }
+    }
+    let (mut to, mut from) = (vec![], vec![]);
+    for (k, (s, x)) in images.into_iter().enumerate() {
+        to.push((padded + k) as u32);
+        from.push(s);
+        for a in 0..3 {
+            layout.x[a][padded + k] = x[a];
+        }
+    }
+    layout.ghosts = Ghosts::new(to, from, len);
+    let chunks = padded / CHUNK;
+    layout.base = (0..chunks).map(|c| (c * CHUNK) as u32).collect();
+    layout.nodes = (0..chunks)
+        .map(|c| (0xFFu32 >> (8 - (n - c * CHUNK).min(8))) as u8)
+        .collect();
+    layout.chunk_of = (0..len / CHUNK)
+        .map(|c| if c < chunks { c as u32 } else { NONE })
+        .collect();
+    layout
+}
+
+/// Periodic images within reach of the body: (slot of the node, position).
+fn images(body: &Body, order: &[u32], delta: f64) -> Vec<(u32, [f64; 3])> {
+    let dim = body.flavour.dim();
+    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for x in &body.x {
+        for a in 0..3 {
+            low[a] = low[a].min(x[a]);
+            high[a] = high[a].max(x[a]);
+        }
+    }
+    let reach = delta * INCLUSIVE;
+    let copies: [i64; 3] = std::array::from_fn(|a| match body.periodic[a] {
+        Some(period) if a < dim => ((high[a] - low[a] + reach) / period).floor() as i64,
+        _ => 0,
+    });
+    let mut images = vec![];
+    for i in -copies[0]..=copies[0] {
+        for j in -copies[1]..=copies[1] {
+            for k in -copies[2]..=copies[2] {
+                if [i, j, k] == [0; 3] {
+                    continue;
+                }
+                let shift: [f64; 3] =
+                    std::array::from_fn(|a| [i, j, k][a] as f64 * body.periodic[a].unwrap_or(0.0));
+                for (s, &node) in order.iter().enumerate() {
+                    let x: [f64; 3] = std::array::from_fn(|a| body.x[node as usize][a] + shift[a]);
+                    if (0..3).all(|a| x[a] >= low[a] - reach && x[a] <= high[a] + reach) {
+                        images.push((s as u32, x));
+                    }
+                }
+            }
+        }
+    }
+    images
+}
+
+/// Order of nodes in memory: blocks along a Morton curve, rows along x inside a block. Neighbours share the
+/// cache, and the eight lanes of a chunk read neighbours that are often next to each other.
+struct Curve {
+    low: [f64; 3],
+    block: f64,
+    cell: f64,
+}
+
+impl Curve {
+    fn new(body: &Body, delta: f64) -> Curve {
+        let mut low = [f64::INFINITY; 3];
+        for x in &body.x {
+            for a in 0..3 {
+                low[a] = low[a].min(x[a]);
+            }
+        }
+        let cell = if body.spacing > 0.0 {
+            body.spacing
+        } else {
+            delta / 3.0
+        };
+        Curve {
+            low,
+            block: 8.0 * cell,
+            cell,
+        }
+    }
+
+    fn of(&self, x: [f64; 3]) -> (u64, [u64; 3]) {
+        let block: [u64; 3] = std::array::from_fn(|a| ((x[a] - self.low[a]) / self.block) as u64);
+        let cell = |a: usize| ((x[a] - self.low[a]) / self.cell + 0.5) as u64;
+        // Along x the position itself decides; positive floats are ordered like their bits.
+        (
+            morton(block),
+            [cell(2), cell(1), (x[0] - self.low[0]).to_bits()],
+        )
+    }
+}
+
+/// Interleaves the low 21 bits of three numbers.
+fn morton(c: [u64; 3]) -> u64 {
+    let mut m = 0;
+    for bit in 0..21 {
+        for (a, v) in c.iter().enumerate() {
+            m |= (v >> bit & 1) << (3 * bit + a);
+        }
+    }
+    m
+}
+
+/// Two passes, count and fill, so that the lists are written in place.
+fn family(layout: &Layout, nodes: usize, search: &(dyn Fn(usize, &mut Vec<u32>) + Sync)) -> Family {
+    let chunks = layout.chunks();
+    let longest: Vec<u32> = (0..chunks)
+        .into_par_iter()
+        .map_init(Vec::new, |found, c| {
+            let mut rows = 0;
+            for p in c * CHUNK..((c + 1) * CHUNK).min(nodes) {
+                search(p, found);
+                rows = rows.max(found.len() as u32);
+            }
+            rows
+        })
+        .collect();
+    let (mut first, mut last) = (Vec::with_capacity(chunks), Vec::with_capacity(chunks));
+    let mut rows = 0;
+    for n in longest {
+        first.push(rows);
+        rows += n;
+        last.push(rows);
+    }
+    let mut index = vec![0u32; rows as usize * CHUNK];
+    let mut present = vec![0u8; rows as usize];
+    let mut parts = vec![];
+    let (mut rest_index, mut rest_present) = (&mut index[..], &mut present[..]);
+    for c in 0..chunks {
+        let n = (last[c] - first[c]) as usize;
+        let (a, b) = rest_index.split_at_mut(n * CHUNK);
+        let (p, q) = rest_present.split_at_mut(n);
+        (rest_index, rest_present) = (b, q);
+        parts.push((c, a, p));
+    }
+    parts
+        .into_par_iter()
+        .for_each_init(Vec::new, |found, (c, index, present)| {
+            for lane in 0..CHUNK {
+                let p = c * CHUNK + lane;
+                found.clear();
+                if p < nodes {
+                    search(p, found);
+                }
+                fill_lane(lane, p, found, index, present);
+            }
+        });
+    let bonds = present.iter().map(|b| b.count_ones() as usize).sum();
+    Family {
+        first,
+        last,
+        present,
+        bonds,
+        shape: Shape::List(index),
+    }
+}
+
+/// Padding repeats a real neighbour: loads stay valid and near.
+fn fill_lane(lane: usize, p: usize, found: &[u32], index: &mut [u32], present: &mut [u8]) {
+    let spare = found.last().copied().unwrap_or(p as u32);
+    for (row, bits) in present.iter_mut().enumerate() {
+        index[row * CHUNK + lane] = found.get(row).copied().unwrap_or(spare);
+        *bits |= ((row < found.len()) as u8) << lane;
+    }
+}

@@ -1,0 +1,258 @@
+//! Where nodes and bonds live: layout slots, chunks, rows, families.
+//!
+//! Node arrays have one value per *slot*. Real nodes, padding and ghosts are slots; a ghost is the periodic
+//! image of a node, its values are copied from the node's slot before a sweep reads them at the other end
+//! of a bond. Bond arrays have eight values per *row* (see [`crate::traverse`]), masks one byte.
+mod cloud;
+mod lattice;
+mod search;
+
+pub(crate) use cloud::cloud;
+pub(crate) use lattice::{lattice, plan_lattice};
+
+use crate::traverse::CHUNK;
+use rayon::prelude::*;
+
+/// Relative slack of the squared horizon: a neighbour at exactly delta belongs to the family, however rounded.
+pub(crate) const INCLUSIVE: f64 = 1.0 + 1e-9;
+
+/// No user node: padding and ghosts.
+pub(crate) const NONE: u32 = u32::MAX;
+
+/// Keeps a bond for a named family: reference bond vector [m] and weight [m^3].
+pub(crate) type Filter<'a> = &'a (dyn Fn([f64; 3], f64) -> bool + Sync);
+
+/// Nodes in slots, slots in chunks.
+#[derive(Debug, Default)]
+pub(crate) struct Layout {
+    pub dim: usize,
+    /// Number of slots.
+    pub len: usize,
+    /// User node -> slot, and back (`NONE` in padding; ghosts name their user node's slot through `ghosts`).
+    pub slot: Vec<u32>,
+    pub user: Vec<u32>,
+    /// Reference positions per slot; ghosts at the image.
+    pub x: [Vec<f64>; 3],
+    /// Node volumes, 0 in padding and ghosts.
+    pub volume: Vec<f64>,
+    pub base: Vec<u32>,
+    pub nodes: Vec<u8>,
+    /// Slot / 8 -> chunk, `NONE` where no chunk is.
+    pub chunk_of: Vec<u32>,
+    pub ghosts: Ghosts,
+}
+
+/// Periodic images: slot `to[k]` repeats slot `from[k]`.
+#[derive(Debug, Default)]
+pub(crate) struct Ghosts {
+    pub to: Vec<u32>,
+    pub from: Vec<u32>,
+    /// Slot -> the slot it repeats (itself for nodes); empty without ghosts.
+    pub origin: Vec<u32>,
+}
+
+impl Ghosts {
+    pub fn new(to: Vec<u32>, from: Vec<u32>, len: usize) -> Ghosts {
+        let mut origin = vec![];
+        if !to.is_empty() {
+            origin = (0..len as u32).collect();
+            for (&t, &f) in to.iter().zip(&from) {
+                origin[t as usize] = f;
+            }
+        }
+        Ghosts { to, from, origin }
+    }
+
+    pub fn refresh(&self, values: &mut [f64]) {
+        for (&t, &f) in self.to.iter().zip(&self.from) {
+            values[t as usize] = values[f as usize];
+        }
+    }
+
+    pub fn origin(&self, slot: usize) -> usize {
+        self.origin.get(slot).map_or(slot, |&s| s as usize)
+    }
+}
+
+impl Layout {
+    pub fn chunks(&self) -> usize {
+        self.base.len()
+    }
+
+    /// (chunk, lane) of a node or of the node that a ghost repeats.
+    pub fn place(&self, slot: usize) -> (usize, usize) {
+        let slot = self.ghosts.origin(slot);
+        (self.chunk_of[slot / CHUNK] as usize, slot % CHUNK)
+    }
+
+    pub fn position(&self, slot: usize) -> [f64; 3] {
+        [self.x[0][slot], self.x[1][slot], self.x[2][slot]]
+    }
+
+    pub fn bytes(&self) -> usize {
+        8 * self.len * (self.dim.max(1) + 1)
+            + 4 * (self.slot.len() + self.user.len() + self.base.len())
+    }
+}
+
+/// Bonds of one family.
+#[derive(Debug)]
+pub(crate) struct Family {
+    /// Per chunk: its rows are `first..last`.
+    pub first: Vec<u32>,
+    pub last: Vec<u32>,
+    /// One byte per row: bonds of the reference family.
+    pub present: Vec<u8>,
+    /// Directed bonds.
+    pub bonds: usize,
+    pub shape: Shape,
+}
+
+#[derive(Debug)]
+pub(crate) enum Shape {
+    /// One row per chunk and entry.
+    Stencil(Vec<Entry>),
+    /// Neighbour slots, eight per row.
+    List(Vec<u32>),
+}
+
+/// A bond that every node of the lattice has.
+#[derive(Clone, Debug)]
+pub(crate) struct Entry {
+    /// From slot to slot.
+    pub offset: i64,
+    pub xi: [f64; 3],
+    pub weight: f64,
+    /// Entry of the reverse bond.
+    pub opposite: Option<u32>,
+}
+
+/// A directed bond met by [`Family::for_each`].
+#[derive(Clone, Copy)]
+pub(crate) struct Met {
+    pub row: usize,
+    pub lane: usize,
+    /// Slot of the node, and of the other end (possibly a ghost).
+    pub node: usize,
+    pub other: usize,
+}
+
+impl Met {
+    pub fn bit(&self) -> u8 {
+        1 << self.lane
+    }
+}
+
+impl Family {
+    pub fn rows(&self, chunk: usize) -> std::ops::Range<usize> {
+        self.first[chunk] as usize..self.last[chunk] as usize
+    }
+
+    /// Slot of the other end.
+    pub fn other(&self, layout: &Layout, chunk: usize, row: usize, lane: usize) -> usize {
+        match &self.shape {
+            Shape::Stencil(entries) => {
+                let entry = &entries[row - chunk * entries.len()];
+                (layout.base[chunk] as i64 + lane as i64 + entry.offset) as usize
+            }
+            Shape::List(index) => index[row * CHUNK + lane] as usize,
+        }
+    }
+
+    /// Visits the reference bonds of a chunk in the order of the sums.
+    pub fn for_each(&self, layout: &Layout, chunk: usize, mut visit: impl FnMut(Met)) {
+        for row in self.rows(chunk) {
+            let bits = self.present[row];
+            for lane in 0..CHUNK {
+                if bits >> lane & 1 == 1 {
+                    let node = layout.base[chunk] as usize + lane;
+                    visit(Met {
+                        row,
+                        lane,
+                        node,
+                        other: self.other(layout, chunk, row, lane),
+                    });
+                }
+            }
+        }
+    }
+
+    /// For every bond the position of the reverse bond in a per-bond array; bonds without one (a filter that
+    /// tells directions apart) point to an extra row at the end.
+    pub fn reverse(&self, layout: &Layout) -> Vec<u32> {
+        let rows = self.present.len();
+        let mut reverse = vec![(rows * CHUNK) as u32; rows * CHUNK];
+        match &self.shape {
+            Shape::Stencil(entries) => {
+                let each = entries.len();
+                for chunk in 0..layout.chunks() {
+                    self.for_each(layout, chunk, |m| {
+                        if let Some(opposite) = entries[m.row - chunk * each].opposite {
+                            let (c, lane) = layout.place(m.other);
+                            reverse[m.row * CHUNK + m.lane] =
+                                ((c * each + opposite as usize) * CHUNK + lane) as u32;
+                        }
+                    });
+                }
+            }
+            Shape::List(_) => self.reverse_of_list(layout, &mut reverse),
+        }
+        reverse
+    }
+
+    /// Finds j -> i among the bonds of j: the one that leads back to i with the opposite bond vector.
+    fn reverse_of_list(&self, layout: &Layout, reverse: &mut [u32]) {
+        let found: Vec<Vec<(usize, u32)>> = (0..layout.chunks())
+            .into_par_iter()
+            .map(|chunk| {
+                let mut pairs = vec![];
+                self.for_each(layout, chunk, |m| {
+                    if let Some(back) = self.find_back(layout, m) {
+                        pairs.push((m.row * CHUNK + m.lane, back as u32));
+                    }
+                });
+                pairs
+            })
+            .collect();
+        for (bond, back) in found.into_iter().flatten() {
+            reverse[bond] = back;
+        }
+    }
+
+    fn find_back(&self, layout: &Layout, m: Met) -> Option<usize> {
+        let (chunk, lane) = layout.place(m.other);
+        let far = layout.ghosts.origin(m.other);
+        let difference = |a: usize, b: usize, k: usize| layout.x[k][b] - layout.x[k][a];
+        let mut best: Option<(f64, usize)> = None;
+        for row in self.rows(chunk) {
+            let end = self.other(layout, chunk, row, lane);
+            if self.present[row] >> lane & 1 == 1 && layout.ghosts.origin(end) == m.node {
+                // Several images of one node can be neighbours: the opposite vector decides.
+                let miss: f64 = (0..layout.dim)
+                    .map(|k| (difference(m.node, m.other, k) + difference(far, end, k)).powi(2))
+                    .sum();
+                if best.is_none_or(|b| miss < b.0) {
+                    best = Some((miss, row * CHUNK + lane));
+                }
+            }
+        }
+        best.map(|b| b.1)
+    }
+
+    pub fn bytes(&self) -> usize {
+        let list = match &self.shape {
+            Shape::Stencil(_) => 0,
+            Shape::List(index) => 4 * index.len(),
+        };
+        list + self.present.len() + 8 * self.first.len()
+    }
+}
+
+/// v_ij of the partial-volume rule (shared by LAMMPS and others): 1 inside delta - dx/2, then linear, 1/2 at delta.
+pub(crate) fn partial_volume(r: f64, delta: f64, spacing: f64) -> f64 {
+    if r <= delta - 0.5 * spacing {
+        1.0
+    } else {
+        ((delta + 0.5 * spacing - r) / spacing).clamp(0.0, 1.0)
+    }
+}

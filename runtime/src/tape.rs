@@ -1,0 +1,180 @@
+//! Tapes as running code: checked once, packed into few registers, then executed over any lane type.
+//!
+//! Set-up (constants, geometry, influence functions, filters, expressions of a scene) runs them over `f64`;
+//! a sweep that was not compiled runs them over the lanes of the traversal ([`TapeSweep`]). The lane operations
+//! and their order are those that generated code has, so the results are the same to the bit.
+mod ball;
+mod exec;
+mod pack;
+mod sweep;
+
+pub(crate) use ball::ball;
+pub(crate) use exec::{Leaves, numbers, truth};
+pub(crate) use pack::{Leaf, Limits, Place, operands};
+pub(crate) use sweep::MAX_VALUES;
+pub use sweep::TapeSweep;
+
+use crate::body::Flavour;
+use crate::kernel::Lane;
+use crate::spec::{InfluenceFn, Tape};
+use std::fmt;
+
+/// A tape that does not fit its place: an operand before its definition, a wrong type, an unknown input.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TapeError(pub String);
+
+impl fmt::Display for TapeError {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for TapeError {}
+
+/// A checked tape.
+#[derive(Clone, Debug, Default)]
+pub struct Code {
+    pub(crate) steps: Vec<pack::Step>,
+    /// Registers of the outputs.
+    pub(crate) outs: Vec<u8>,
+    /// Tapes under integrals.
+    pub(crate) balls: Vec<Code>,
+}
+
+/// A function of plain variables: an expression of a scene.
+#[derive(Clone, Debug)]
+pub struct Function(Code);
+
+impl Function {
+    /// Checks a tape that reads `Var(0..variables)` only and has at least one output.
+    pub fn new(tape: &Tape, variables: usize) -> Result<Function, TapeError> {
+        let limits = Limits {
+            variables,
+            ..Limits::default()
+        };
+        let code = Code::new(tape, Place::Expression, &limits, Flavour::Solid)?;
+        match code.outs.is_empty() {
+            true => Err(TapeError("an expression needs an output".into())),
+            false => Ok(Function(code)),
+        }
+    }
+
+    /// First output; missing variables read 0.
+    pub fn call(&self, variables: &[f64]) -> f64 {
+        let mut out = [0.0];
+        numbers(
+            &self.0,
+            &mut Variables {
+                variables,
+                delta: 0.0,
+            },
+            &mut out,
+        );
+        out[0]
+    }
+
+    /// As many outputs as fit.
+    pub fn call_into(&self, variables: &[f64], out: &mut [f64]) {
+        numbers(
+            &self.0,
+            &mut Variables {
+                variables,
+                delta: 0.0,
+            },
+            out,
+        );
+    }
+}
+
+struct Variables<'a> {
+    variables: &'a [f64],
+    delta: f64,
+}
+
+impl Leaves<f64> for Variables<'_> {
+    #[inline(always)]
+    fn leaf(&mut self, leaf: Leaf, k: usize) -> f64 {
+        match leaf {
+            Leaf::Var => self.variables.get(k).copied().unwrap_or(0.0),
+            Leaf::Delta => self.delta,
+            _ => 0.0,
+        }
+    }
+}
+
+/// An influence function with its parameter values.
+#[derive(Clone, Debug)]
+pub struct Influence {
+    code: Code,
+    variables: Vec<f64>,
+    delta: f64,
+}
+
+impl Influence {
+    /// `values`: one per parameter of the function [SI]; `delta`: the horizon [m].
+    pub fn new(function: &InfluenceFn, values: &[f64], delta: f64) -> Result<Influence, TapeError> {
+        if values.len() != function.params.len() {
+            let (name, n, given) = (&function.name, function.params.len(), values.len());
+            return Err(TapeError(format!(
+                "influence function `{name}` has {n} parameters, {given} values were given"
+            )));
+        }
+        let limits = Limits {
+            variables: 1 + values.len(),
+            ..Limits::default()
+        };
+        let code = Code::new(&function.body, Place::Influence, &limits, Flavour::Solid)
+            .map_err(|e| TapeError(format!("influence function `{}`: {e}", function.name)))?;
+        if code.outs.len() != 1 {
+            return Err(TapeError(format!(
+                "influence function `{}` must have one output",
+                function.name
+            )));
+        }
+        let mut variables = vec![0.0];
+        variables.extend_from_slice(values);
+        Ok(Influence {
+            code,
+            variables,
+            delta,
+        })
+    }
+
+    /// Value at a reference distance [m].
+    pub fn at(&self, r: f64) -> f64 {
+        let mut out = [0.0];
+        numbers(&self.code, &mut AtDistance { of: self, r }, &mut out);
+        out[0]
+    }
+}
+
+struct AtDistance<'a> {
+    of: &'a Influence,
+    r: f64,
+}
+
+impl Leaves<f64> for AtDistance<'_> {
+    #[inline(always)]
+    fn leaf(&mut self, leaf: Leaf, k: usize) -> f64 {
+        match leaf {
+            Leaf::Var if k == 0 => self.r,
+            Leaf::Var => self.of.variables[k],
+            Leaf::Delta => self.of.delta,
+            _ => 0.0,
+        }
+    }
+}
+
+/// |v| as set-up computes it for `X`.
+pub(crate) fn length(v: [f64; 3], dim: usize) -> f64 {
+    length_squared(v, dim).sqrt()
+}
+
+/// |v|^2 in the order of [`crate::kernel::norm_squared`].
+pub(crate) fn length_squared(v: [f64; 3], dim: usize) -> f64 {
+    let mut s = v[0] * v[0];
+    for c in &v[1..dim] {
+        s = c.fma(*c, s);
+    }
+    s
+}

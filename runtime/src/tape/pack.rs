@@ -1,0 +1,471 @@
+//! Checking a tape and packing it: dead operations go, flavour cases resolve, registers are reused.
+use super::{Code, TapeError};
+use crate::body::Flavour;
+use crate::spec::{Op, Tape};
+
+/// Where a tape stands decides what it may read and do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Place {
+    Expression,
+    Influence,
+    Constants,
+    Ball,
+    Geometry,
+    Filter,
+    Pre,
+    Bond,
+    Post,
+}
+
+/// How many of each input there are.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Limits {
+    pub dim: usize,
+    pub variables: usize,
+    pub params: usize,
+    pub influences: usize,
+    pub constants: usize,
+    pub own: usize,
+    pub nbr: usize,
+    pub geometry: usize,
+    pub pre: usize,
+    pub accumulators: usize,
+    pub history: usize,
+    pub kills: bool,
+    pub updates: bool,
+}
+
+/// An input of a tape.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Leaf {
+    Const,
+    Param,
+    Var,
+    Delta,
+    Own,
+    Nbr,
+    Geo,
+    Pre,
+    Acc,
+    History,
+    Reverse,
+    Xi,
+    Eta,
+    Ix,
+    X,
+    Omega,
+    Weight,
+    Ball,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum One {
+    Neg,
+    Abs,
+    Sqrt,
+    Rsqrt,
+    Exp,
+    Ln,
+    Sin,
+    Cos,
+    Tan,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Two {
+    Add,
+    Sub,
+    Mul,
+    Div,
+    Min,
+    Max,
+    Pow,
+}
+
+/// One instruction; the first register is the target. Numbers and truth values have registers of their own.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Step {
+    Lit(u8, f64),
+    Leaf(u8, Leaf, u16),
+    One(u8, One, u8),
+    Two(u8, Two, u8, u8),
+    Fma(u8, u8, u8, u8),
+    Powi(u8, u8, i32),
+    Select(u8, u8, u8, u8),
+    Lt(u8, u8, u8),
+    Le(u8, u8, u8),
+    And(u8, u8, u8),
+    Or(u8, u8, u8),
+    Not(u8, u8),
+    Kill(u8),
+    AddTo(u8, u8, u8),
+    PutHistory(u8, u8),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Number,
+    Truth,
+    Effect,
+}
+
+impl Code {
+    /// Checks `tape` for its place and packs it.
+    pub(crate) fn new(
+        tape: &Tape,
+        place: Place,
+        limits: &Limits,
+        flavour: Flavour,
+    ) -> Result<Code, TapeError> {
+        let checked = Checker {
+            tape,
+            place,
+            limits,
+            flavour,
+        }
+        .check()?;
+        Packer::new(tape, checked).pack(place, limits, flavour)
+    }
+}
+
+/// Register aliases (a flavour case is the register it chooses) and the kind of every register.
+struct Checked {
+    alias: Vec<usize>,
+    kinds: Vec<Kind>,
+}
+
+struct Checker<'a> {
+    tape: &'a Tape,
+    place: Place,
+    limits: &'a Limits,
+    flavour: Flavour,
+}
+
+impl Checker<'_> {
+    fn check(&self) -> Result<Checked, TapeError> {
+        let mut c = Checked {
+            alias: vec![],
+            kinds: vec![],
+        };
+        for (n, op) in self.tape.ops.iter().enumerate() {
+            self.check_input(op)
+                .map_err(|e| TapeError(format!("operation {n}: {e}")))?;
+            for r in operands(op) {
+                if r as usize >= n {
+                    return Err(TapeError(format!(
+                        "operation {n} reads register {r} before it is defined"
+                    )));
+                }
+            }
+            let alias = match op {
+                Op::Case(r) => c.alias[r[flavour_index(self.flavour)] as usize],
+                _ => n,
+            };
+            c.alias.push(alias);
+            let kind = if alias == n { kind(op) } else { c.kinds[alias] };
+            c.kinds.push(kind);
+            check_kinds(op, &c.kinds).map_err(|()| {
+                TapeError(format!("operation {n} has an operand of the wrong kind"))
+            })?;
+        }
+        let wanted = if self.place == Place::Filter {
+            Kind::Truth
+        } else {
+            Kind::Number
+        };
+        for &r in &self.tape.outs {
+            match c.kinds.get(r as usize) {
+                Some(&k) if k == wanted => {}
+                _ => {
+                    return Err(TapeError(format!(
+                        "output register {r} is missing or of the wrong kind"
+                    )));
+                }
+            }
+        }
+        Ok(c)
+    }
+
+    /// Inputs and effects must exist and be allowed in this place.
+    fn check_input(&self, op: &Op) -> Result<(), String> {
+        use Place::*;
+        let l = self.limits;
+        let reference = [Geometry, Filter];
+        let (places, k, n): (&[Place], usize, usize) = match *op {
+            Op::Const(k) => (&[Geometry, Filter, Pre, Post], k as usize, l.constants),
+            Op::Param(k) => (&[Constants, Ball], k as usize, l.params),
+            Op::Var(k) => (&[Expression, Influence], k as usize, l.variables),
+            Op::Delta => (&[Constants, Influence, Ball], 0, 1),
+            Op::Own(k) => (&[Pre, Post], k as usize, l.own),
+            Op::Nbr(k) => (&[Bond], k as usize, l.nbr),
+            Op::Geo(k) => (&[Bond], k as usize, l.geometry),
+            Op::Pre(k) => (&[Bond, Post], k as usize, l.pre),
+            Op::Acc(k) => (&[Post], k as usize, l.accumulators),
+            Op::History(k) | Op::Reverse(k) => (&[Bond], k as usize, l.history),
+            Op::Xi(a) => (&[Geometry, Filter, Bond], a as usize, l.dim),
+            Op::Eta(a) => (&[Bond], a as usize, l.dim),
+            Op::Ix => (&[Bond], 0, 1),
+            Op::X => (&[Geometry, Filter, Ball], 0, 1),
+            Op::Omega(k) => (&[Geometry, Filter, Ball], k as usize, l.influences),
+            Op::Weight => (&reference, 0, 1),
+            Op::Ball(_) => (&[Constants], 0, 1),
+            Op::Kill(_) => (&[Bond], 0, l.kills as usize),
+            Op::AddTo(k, ..) => (&[Bond], k as usize, l.accumulators),
+            Op::PutHistory(k, _) if l.updates => (&[Bond], k as usize, l.history),
+            Op::PutHistory(..) => (&[], 0, 0),
+            _ => return Ok(()),
+        };
+        match (places.contains(&self.place), k < n) {
+            (true, true) => Ok(()),
+            (true, false) => Err(format!("{op:?} is out of range (there are {n})")),
+            (false, _) => Err(format!("{op:?} may not stand in a {:?} tape", self.place)),
+        }
+    }
+}
+
+/// Position of a flavour in `Op::Case`.
+fn flavour_index(f: Flavour) -> usize {
+    match f {
+        Flavour::Bar => 0,
+        Flavour::Slab => 1,
+        Flavour::PlaneStress => 2,
+        Flavour::PlaneStrain => 3,
+        Flavour::Solid => 4,
+    }
+}
+
+/// Registers that an operation reads.
+pub(crate) fn operands(op: &Op) -> Vec<u32> {
+    match *op {
+        Op::Case(r) => r.to_vec(),
+        Op::Add(a, b)
+        | Op::Sub(a, b)
+        | Op::Mul(a, b)
+        | Op::Div(a, b)
+        | Op::Min(a, b)
+        | Op::Max(a, b)
+        | Op::Pow(a, b)
+        | Op::Lt(a, b)
+        | Op::Le(a, b)
+        | Op::And(a, b)
+        | Op::Or(a, b)
+        | Op::AddTo(_, a, b) => vec![a, b],
+        Op::Fma(a, b, c) | Op::Select(a, b, c) => vec![a, b, c],
+        Op::Neg(a)
+        | Op::Abs(a)
+        | Op::Sqrt(a)
+        | Op::Rsqrt(a)
+        | Op::Exp(a)
+        | Op::Ln(a)
+        | Op::Sin(a)
+        | Op::Cos(a)
+        | Op::Tan(a)
+        | Op::Powi(a, _)
+        | Op::Not(a)
+        | Op::Kill(a)
+        | Op::PutHistory(_, a) => vec![a],
+        _ => vec![],
+    }
+}
+
+fn kind(op: &Op) -> Kind {
+    match op {
+        Op::Lt(..) | Op::Le(..) | Op::And(..) | Op::Or(..) | Op::Not(_) => Kind::Truth,
+        Op::Kill(_) | Op::AddTo(..) | Op::PutHistory(..) => Kind::Effect,
+        _ => Kind::Number,
+    }
+}
+
+/// Truth values go where truth values belong, numbers everywhere else.
+fn check_kinds(op: &Op, kinds: &[Kind]) -> Result<(), ()> {
+    for (position, r) in operands(op).into_iter().enumerate() {
+        let found = kinds[r as usize];
+        let fits = match op {
+            Op::And(..) | Op::Or(..) | Op::Not(_) | Op::Kill(_) => found == Kind::Truth,
+            Op::Select(..) if position == 0 => found == Kind::Truth,
+            Op::Case(_) => found == kinds[kinds.len() - 1],
+            _ => found == Kind::Number,
+        };
+        if !fits {
+            return Err(());
+        }
+    }
+    Ok(())
+}
+
+/// Gives live values registers of one kind; a register is free after the last reader.
+struct Pool {
+    free: Vec<u8>,
+    next: usize,
+}
+
+impl Pool {
+    fn take(&mut self) -> Result<u8, TapeError> {
+        if let Some(r) = self.free.pop() {
+            return Ok(r);
+        }
+        let r = u8::try_from(self.next).map_err(|_| {
+            TapeError("more than 256 values are alive at once; compile the law".into())
+        })?;
+        self.next += 1;
+        Ok(r)
+    }
+}
+
+struct Packer<'a> {
+    tape: &'a Tape,
+    checked: Checked,
+    /// Last operation that reads a register; none for dead ones, the length of the tape for outputs.
+    last: Vec<Option<usize>>,
+    place: Vec<u8>,
+    numbers: Pool,
+    truths: Pool,
+}
+
+impl<'a> Packer<'a> {
+    fn new(tape: &'a Tape, checked: Checked) -> Packer<'a> {
+        let n = tape.ops.len();
+        let mut last = vec![None; n];
+        for &r in &tape.outs {
+            last[checked.alias[r as usize]] = Some(n);
+        }
+        for k in (0..n).rev() {
+            let live = last[k].is_some() || checked.kinds[k] == Kind::Effect;
+            if checked.alias[k] != k || !live {
+                continue;
+            }
+            for r in operands(&tape.ops[k]) {
+                let slot = &mut last[checked.alias[r as usize]];
+                *slot = Some(slot.map_or(k, |l| l.max(k)));
+            }
+        }
+        let pool = || Pool {
+            free: vec![],
+            next: 0,
+        };
+        Packer {
+            tape,
+            checked,
+            last,
+            place: vec![0; n],
+            numbers: pool(),
+            truths: pool(),
+        }
+    }
+
+    fn pack(mut self, place: Place, limits: &Limits, flavour: Flavour) -> Result<Code, TapeError> {
+        let mut code = Code::default();
+        let n = self.tape.ops.len();
+        for k in 0..n {
+            let effect = self.checked.kinds[k] == Kind::Effect;
+            if self.checked.alias[k] != k || (self.last[k].is_none() && !effect) {
+                continue;
+            }
+            let op = &self.tape.ops[k];
+            let sources: Vec<u8> = operands(op)
+                .iter()
+                .map(|&r| self.place[self.checked.alias[r as usize]])
+                .collect();
+            self.release(op, k);
+            let target = match self.checked.kinds[k] {
+                Kind::Number => self.numbers.take()?,
+                Kind::Truth => self.truths.take()?,
+                Kind::Effect => 0,
+            };
+            self.place[k] = target;
+            if let Op::Ball(inner) = op {
+                debug_assert_eq!(place, Place::Constants);
+                let inner = Code::new(inner, Place::Ball, limits, flavour)?;
+                if inner.outs.len() != 1 {
+                    return Err(TapeError("a ball integral must have one output".into()));
+                }
+                code.balls.push(inner);
+                code.steps.push(Step::Leaf(
+                    target,
+                    Leaf::Ball,
+                    (code.balls.len() - 1) as u16,
+                ));
+            } else {
+                code.steps.push(step(op, target, &sources));
+            }
+        }
+        code.outs = self
+            .tape
+            .outs
+            .iter()
+            .map(|&r| self.place[self.checked.alias[r as usize]])
+            .collect();
+        Ok(code)
+    }
+
+    /// Frees the registers that operation `k` reads for the last time.
+    fn release(&mut self, op: &Op, k: usize) {
+        let mut freed: Vec<usize> = vec![];
+        for r in operands(op) {
+            let r = self.checked.alias[r as usize];
+            if self.last[r] == Some(k) && !freed.contains(&r) {
+                freed.push(r);
+                match self.checked.kinds[r] {
+                    Kind::Number => self.numbers.free.push(self.place[r]),
+                    Kind::Truth => self.truths.free.push(self.place[r]),
+                    Kind::Effect => {}
+                }
+            }
+        }
+    }
+}
+
+/// The packed form; `s` are the packed operands.
+fn step(op: &Op, d: u8, s: &[u8]) -> Step {
+    let one = |f| Step::One(d, f, s[0]);
+    let two = |f| Step::Two(d, f, s[0], s[1]);
+    let leaf = |leaf, k: u32| Step::Leaf(d, leaf, k as u16);
+    match *op {
+        Op::Lit(v) => Step::Lit(d, v),
+        Op::Inf | Op::Case(_) | Op::Ball(_) => Step::Lit(d, f64::INFINITY),
+        Op::Const(k) => leaf(Leaf::Const, k),
+        Op::Param(k) => leaf(Leaf::Param, k),
+        Op::Var(k) => leaf(Leaf::Var, k),
+        Op::Delta => leaf(Leaf::Delta, 0),
+        Op::Own(k) => leaf(Leaf::Own, k),
+        Op::Nbr(k) => leaf(Leaf::Nbr, k),
+        Op::Geo(k) => leaf(Leaf::Geo, k),
+        Op::Pre(k) => leaf(Leaf::Pre, k),
+        Op::Acc(k) => leaf(Leaf::Acc, k),
+        Op::History(k) => leaf(Leaf::History, k),
+        Op::Reverse(k) => leaf(Leaf::Reverse, k),
+        Op::Xi(a) => leaf(Leaf::Xi, a as u32),
+        Op::Eta(a) => leaf(Leaf::Eta, a as u32),
+        Op::Ix => leaf(Leaf::Ix, 0),
+        Op::X => leaf(Leaf::X, 0),
+        Op::Omega(k) => leaf(Leaf::Omega, k),
+        Op::Weight => leaf(Leaf::Weight, 0),
+        Op::Add(..) => two(Two::Add),
+        Op::Sub(..) => two(Two::Sub),
+        Op::Mul(..) => two(Two::Mul),
+        Op::Div(..) => two(Two::Div),
+        Op::Min(..) => two(Two::Min),
+        Op::Max(..) => two(Two::Max),
+        Op::Pow(..) => two(Two::Pow),
+        Op::Fma(..) => Step::Fma(d, s[0], s[1], s[2]),
+        Op::Neg(_) => one(One::Neg),
+        Op::Abs(_) => one(One::Abs),
+        Op::Sqrt(_) => one(One::Sqrt),
+        Op::Rsqrt(_) => one(One::Rsqrt),
+        Op::Exp(_) => one(One::Exp),
+        Op::Ln(_) => one(One::Ln),
+        Op::Sin(_) => one(One::Sin),
+        Op::Cos(_) => one(One::Cos),
+        Op::Tan(_) => one(One::Tan),
+        Op::Powi(_, n) => Step::Powi(d, s[0], n),
+        Op::Lt(..) => Step::Lt(d, s[0], s[1]),
+        Op::Le(..) => Step::Le(d, s[0], s[1]),
+        Op::And(..) => Step::And(d, s[0], s[1]),
+        Op::Or(..) => Step::Or(d, s[0], s[1]),
+        Op::Not(_) => Step::Not(d, s[0]),
+        Op::Select(..) => Step::Select(d, s[0], s[1], s[2]),
+        Op::Kill(_) => Step::Kill(s[0]),
+        Op::AddTo(k, ..) => Step::AddTo(k as u8, s[0], s[1]),
+        Op::PutHistory(k, _) => Step::PutHistory(k as u8, s[0]),
+    }
+}

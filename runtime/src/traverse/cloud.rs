@@ -1,0 +1,133 @@
+//! Cloud traversal: neighbour lists in SELL-8, nodes in lanes.
+use super::{CHUNK, Call, Nodes, Row, load};
+use crate::kernel::{Bond, Sweep, norm_squared};
+use crate::lane::Memory;
+
+/// Rows ahead at which the index and geometry streams are fetched.
+const AHEAD: usize = 24;
+
+/// One bond of each node of one part of a chunk.
+struct Column<'a, L: Memory, const D: usize, const MASKED: bool> {
+    row: Row<'a, L, MASKED>,
+    geometry: &'a [*const f64],
+    nbr: &'a [*const f64],
+    index: *const u32,
+    xi: [L; D],
+    eta: [L; D],
+}
+
+impl<L: Memory, const D: usize, const MASKED: bool> Bond<L, D> for Column<'_, L, D, MASKED> {
+    #[inline(always)]
+    fn xi(&self, a: usize) -> L {
+        self.xi[a]
+    }
+    #[inline(always)]
+    fn eta(&self, a: usize) -> L {
+        self.eta[a]
+    }
+    #[inline(always)]
+    fn ix(&self) -> L {
+        norm_squared(self.xi).rsqrt()
+    }
+    #[inline(always)]
+    fn geo(&self, k: usize) -> L {
+        unsafe {
+            let p = self.geometry[k].add(self.row.cell());
+            L::prefetch(p.wrapping_add(AHEAD * CHUNK).cast());
+            L::load(p)
+        }
+    }
+    #[inline(always)]
+    fn nbr(&self, k: usize) -> L {
+        unsafe { L::gather(self.nbr[k], self.index) }
+    }
+    #[inline(always)]
+    fn history(&self, k: usize) -> L {
+        self.row.history(k)
+    }
+    #[inline(always)]
+    fn reverse(&self, k: usize) -> L {
+        self.row.reverse(k)
+    }
+    #[inline(always)]
+    fn put_history(&mut self, k: usize, v: L) {
+        self.row.put_history(k, v)
+    }
+    #[inline(always)]
+    fn kill(&mut self, m: L::Mask) {
+        self.row.kill(m)
+    }
+    #[inline(always)]
+    fn add(&self, acc: &mut L, a: L, b: L) {
+        self.row.add(acc, a, b)
+    }
+}
+
+/// Differences to the other ends.
+#[inline(always)]
+unsafe fn across<L: Memory, const D: usize>(
+    from: &[*const f64; 3],
+    index: *const u32,
+    own: &[L; D],
+) -> [L; D] {
+    let mut v = *own;
+    let mut a = 0;
+    while a < D {
+        v[a] = unsafe { L::gather(from[a], index) }.sub(own[a]);
+        a += 1;
+    }
+    v
+}
+
+/// Runs a sweep on the chunks `from..to`.
+#[inline(always)]
+pub(super) unsafe fn chunks<L: Memory, S: Sweep<D>, const D: usize, const MASKED: bool>(
+    sweep: &S,
+    call: &Call,
+    from: usize,
+    to: usize,
+) {
+    let (u, x, nbr, geometry) = (call.u, call.x, call.nbr, call.geometry);
+    let mut chunk = from;
+    while chunk < to {
+        unsafe {
+            let base = *call.base.add(chunk) as usize;
+            let (first, last) = (
+                *call.first.add(chunk) as usize,
+                *call.last.add(chunk) as usize,
+            );
+            let mut part = 0;
+            while part < CHUNK / L::W {
+                let at = base + part * L::W;
+                let mut nodes = Nodes::<MASKED> {
+                    call,
+                    at,
+                    occupied: *call.nodes.add(chunk) >> (part * L::W),
+                };
+                let pre = sweep.pre::<L, _>(&nodes);
+                let mut acc = sweep.zero::<L>();
+                let ui: [L; D] = load(&u, at);
+                let xi: [L; D] = load(&x, at);
+                let mut row = first;
+                while row < last {
+                    let view = Row::<L, MASKED>::new(call, chunk, row, part);
+                    let index = call.index.add(view.cell());
+                    L::prefetch(index.wrapping_add(AHEAD * CHUNK).cast());
+                    let mut bond = Column {
+                        geometry: &geometry,
+                        nbr: &nbr,
+                        index,
+                        xi: across(&x, index, &xi),
+                        eta: across(&u, index, &ui),
+                        row: view,
+                    };
+                    sweep.bond(&pre, &mut bond, &mut acc);
+                    row += 1;
+                }
+                sweep.post(&pre, &acc, &mut nodes);
+                part += 1;
+            }
+        }
+        chunk += 1;
+    }
+}

@@ -1,0 +1,117 @@
+//! Lattice traversal: the family is a stencil, every load is contiguous.
+use super::{CHUNK, Call, Nodes, Row, load};
+use crate::kernel::{Bond, Sweep};
+use crate::lane::Memory;
+
+/// One stencil entry seen from the nodes of one part of a chunk.
+struct Entry<'a, L: Memory, const D: usize, const MASKED: bool> {
+    row: Row<'a, L, MASKED>,
+    record: *const f64,
+    nbr: &'a [*const f64],
+    /// Slot of the other end of lane 0.
+    other: usize,
+    eta: [L; D],
+}
+
+impl<L: Memory, const D: usize, const MASKED: bool> Bond<L, D> for Entry<'_, L, D, MASKED> {
+    #[inline(always)]
+    fn xi(&self, a: usize) -> L {
+        L::splat(unsafe { *self.record.add(1 + a) })
+    }
+    #[inline(always)]
+    fn eta(&self, a: usize) -> L {
+        self.eta[a]
+    }
+    #[inline(always)]
+    fn ix(&self) -> L {
+        L::splat(unsafe { *self.record.add(1 + D) })
+    }
+    #[inline(always)]
+    fn geo(&self, k: usize) -> L {
+        L::splat(unsafe { *self.record.add(2 + D + k) })
+    }
+    #[inline(always)]
+    fn nbr(&self, k: usize) -> L {
+        unsafe { L::load(self.nbr[k].add(self.other)) }
+    }
+    #[inline(always)]
+    fn history(&self, k: usize) -> L {
+        self.row.history(k)
+    }
+    #[inline(always)]
+    fn reverse(&self, k: usize) -> L {
+        self.row.reverse(k)
+    }
+    #[inline(always)]
+    fn put_history(&mut self, k: usize, v: L) {
+        self.row.put_history(k, v)
+    }
+    #[inline(always)]
+    fn kill(&mut self, m: L::Mask) {
+        self.row.kill(m)
+    }
+    #[inline(always)]
+    fn add(&self, acc: &mut L, a: L, b: L) {
+        self.row.add(acc, a, b)
+    }
+}
+
+/// Runs a sweep on the chunks `from..to`.
+#[inline(always)]
+pub(super) unsafe fn chunks<L: Memory, S: Sweep<D>, const D: usize, const MASKED: bool>(
+    sweep: &S,
+    call: &Call,
+    from: usize,
+    to: usize,
+) {
+    let (u, nbr, stride) = (call.u, call.nbr, call.stride);
+    let mut chunk = from;
+    while chunk < to {
+        unsafe {
+            let base = *call.base.add(chunk) as usize;
+            let start = chunk * call.entries;
+            let (first, last) = (
+                *call.first.add(chunk) as usize,
+                *call.last.add(chunk) as usize,
+            );
+            let end = call.table.add((last - start) * stride);
+            let mut part = 0;
+            while part < CHUNK / L::W {
+                let at = base + part * L::W;
+                let mut nodes = Nodes::<MASKED> {
+                    call,
+                    at,
+                    occupied: *call.nodes.add(chunk) >> (part * L::W),
+                };
+                let pre = sweep.pre::<L, _>(&nodes);
+                let mut acc = sweep.zero::<L>();
+                let ui: [L; D] = load(&u, at);
+                let mut record = call.table.add((first - start) * stride);
+                let mut row = first;
+                while record != end {
+                    let other = at.wrapping_add_signed(*record.cast::<i64>() as isize);
+                    let mut eta: [L; D] = load(&u, other);
+                    let mut a = 0;
+                    while a < D {
+                        eta[a] = eta[a].sub(ui[a]);
+                        a += 1;
+                    }
+                    let row_view = Row::<L, MASKED>::new(call, chunk, row, part);
+                    let mut bond = Entry {
+                        row: row_view,
+                        record,
+                        nbr: &nbr,
+                        other,
+                        eta,
+                    };
+                    sweep.bond(&pre, &mut bond, &mut acc);
+                    record = record.add(stride);
+                    row += 1;
+                }
+                sweep.post(&pre, &acc, &mut nodes);
+                part += 1;
+            }
+        }
+        chunk += 1;
+    }
+}

@@ -1,0 +1,213 @@
+//! The loops: nodes eight at a time, their bonds one row after the other.
+//!
+//! Both traversals work on chunks. A chunk is eight consecutive layout slots; a *row* is one bond of each of
+//! them, with one mask byte (bit k: the bond of lane k counts). On a lattice all bonds of a row share the
+//! stencil entry; in a cloud a row is a column of the SELL-8 block. Narrower lanes take a chunk in 8 / W parts.
+//!
+//! Nothing here branches on a law. `MASKED = false` is the instance for chunks whose families are whole:
+//! it reads no masks and cannot break bonds.
+mod cloud;
+mod interpreted;
+mod lattice;
+
+pub(crate) use interpreted::interpreted;
+
+use crate::kernel::{Node, Sweep};
+use crate::lane::Memory;
+use crate::tape::TapeSweep;
+
+/// Nodes in a chunk, and bits in a row's mask.
+pub const CHUNK: usize = 8;
+/// Most slots that a sweep may list for reading at the node, at the other end, or for writing.
+pub const MAX_SLOTS: usize = 48;
+/// Most reference-bond values of a sweep.
+pub const MAX_GEOMETRY: usize = 32;
+/// Most bond histories of a sweep.
+pub const MAX_HISTORIES: usize = 16;
+
+/// Everything one run of one sweep reads and writes, as addresses. Made by the engine.
+pub struct Call {
+    pub(crate) u: [*const f64; 3],
+    pub(crate) x: [*const f64; 3],
+    pub(crate) own: [*const f64; MAX_SLOTS],
+    pub(crate) nbr: [*const f64; MAX_SLOTS],
+    pub(crate) out: [*mut f64; MAX_SLOTS],
+    pub(crate) constants: *const f64,
+    /// Per chunk: first slot, occupied lanes, rows `first..last`.
+    pub(crate) base: *const u32,
+    pub(crate) nodes: *const u8,
+    pub(crate) first: *const u32,
+    pub(crate) last: *const u32,
+    /// Per row. Written only where a bond breaks.
+    pub(crate) bits: *mut u8,
+    /// Bonds that may break, one byte per row or one for all (`armed_step` 1 or 0).
+    pub(crate) armed: *const u8,
+    pub(crate) armed_step: usize,
+    /// Per chunk: bonds broken by this call are added.
+    pub(crate) broken: *mut u32,
+    /// Lattice: rows per chunk, and per stencil entry a record of `stride` values: offset (an i64), xi, 1/|xi|, geometry.
+    pub(crate) entries: usize,
+    pub(crate) table: *const f64,
+    pub(crate) stride: usize,
+    /// Cloud: per row eight indices, and per geometry value eight numbers.
+    pub(crate) index: *const u32,
+    pub(crate) geometry: [*const f64; MAX_GEOMETRY],
+    /// Per row eight values: committed, next, and the position of the reverse bond's value.
+    pub(crate) history: [*const f64; MAX_HISTORIES],
+    pub(crate) next: [*mut f64; MAX_HISTORIES],
+    pub(crate) reverse: *const u32,
+    pub(crate) tape: *const TapeSweep,
+}
+
+// SAFETY: a call is shared between threads that run disjoint chunks; what a chunk writes (its own slots, mask
+// bytes, histories and counter) no other chunk touches, except padding slots, which nobody reads before they are refreshed.
+unsafe impl Sync for Call {}
+
+/// The node slots at one position.
+pub(crate) struct Nodes<'a, const MASKED: bool> {
+    call: &'a Call,
+    at: usize,
+    occupied: u8,
+}
+
+impl<L: Memory, const MASKED: bool> Node<L> for Nodes<'_, MASKED> {
+    #[inline(always)]
+    fn constant(&self, k: usize) -> L {
+        L::splat(unsafe { *self.call.constants.add(k) })
+    }
+    #[inline(always)]
+    fn own(&self, k: usize) -> L {
+        unsafe { L::load(self.call.own[k].add(self.at)) }
+    }
+    /// Empty lanes stay 0: sums over an array need no test.
+    #[inline(always)]
+    fn out(&mut self, k: usize, v: L) {
+        let v = if MASKED {
+            L::select(L::mask(self.occupied), v, L::splat(0.0))
+        } else {
+            v
+        };
+        unsafe { v.store(self.call.out[k].add(self.at)) }
+    }
+}
+
+/// The masked half of a bond: what counts, and what breaks.
+pub(crate) struct Row<'a, L: Memory, const MASKED: bool> {
+    call: &'a Call,
+    chunk: usize,
+    row: usize,
+    part: usize,
+    alive: L::Mask,
+}
+
+impl<'a, L: Memory, const MASKED: bool> Row<'a, L, MASKED> {
+    #[inline(always)]
+    unsafe fn new(call: &'a Call, chunk: usize, row: usize, part: usize) -> Self {
+        let bits = if MASKED {
+            unsafe { *call.bits.add(row) }
+        } else {
+            0xFF
+        };
+        Row {
+            call,
+            chunk,
+            row,
+            part,
+            alive: L::mask(bits >> (part * L::W)),
+        }
+    }
+
+    /// The rare half (which bonds may break here, and the store) stays behind the branch.
+    #[inline(always)]
+    fn kill(&mut self, m: L::Mask) {
+        if !MASKED {
+            return;
+        }
+        let dead = L::bits(L::and(self.alive, m));
+        if dead != 0 {
+            let shift = self.part * L::W;
+            unsafe {
+                let armed = *self.call.armed.add(self.row * self.call.armed_step);
+                let dead = (dead << shift) & armed;
+                if dead != 0 {
+                    let p = self.call.bits.add(self.row);
+                    *p &= !dead;
+                    *self.call.broken.add(self.chunk) += dead.count_ones();
+                    self.alive = L::mask(*p >> shift);
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn add(&self, acc: &mut L, a: L, b: L) {
+        let sum = a.fma(b, *acc);
+        *acc = if MASKED {
+            L::select(self.alive, sum, *acc)
+        } else {
+            sum
+        };
+    }
+
+    #[inline(always)]
+    fn cell(&self) -> usize {
+        self.row * CHUNK + self.part * L::W
+    }
+
+    #[inline(always)]
+    fn history(&self, k: usize) -> L {
+        unsafe { L::load(self.call.history[k].add(self.cell())) }
+    }
+
+    #[inline(always)]
+    fn reverse(&self, k: usize) -> L {
+        unsafe { L::gather(self.call.history[k], self.call.reverse.add(self.cell())) }
+    }
+
+    #[inline(always)]
+    fn put_history(&mut self, k: usize, v: L) {
+        let v = if MASKED {
+            L::select(self.alive, v, self.history(k))
+        } else {
+            v
+        };
+        unsafe { v.store(self.call.next[k].add(self.cell())) }
+    }
+}
+
+/// Loads one value per direction.
+#[inline(always)]
+unsafe fn load<L: Memory, const D: usize>(from: &[*const f64; 3], at: usize) -> [L; D] {
+    let mut v = [L::splat(0.0); D];
+    let mut a = 0;
+    while a < D {
+        v[a] = unsafe { L::load(from[a].add(at)) };
+        a += 1;
+    }
+    v
+}
+
+macro_rules! instances {
+    ($($name:ident: $module:ident, $lane:ty;)*) => {$(
+        /// One instance of a sweep; the caller enables its instruction set.
+        ///
+        /// # Safety
+        /// As [`crate::kernel::Run`].
+        #[doc(hidden)]
+        #[inline(always)]
+        pub unsafe fn $name<S: Sweep<D>, const D: usize, const MASKED: bool>(sweep: &S, call: &Call, from: usize, to: usize) {
+            unsafe { $module::chunks::<$lane, S, D, MASKED>(sweep, call, from, to) }
+        }
+    )*};
+}
+instances! {
+    lattice_scalar: lattice, f64;
+    cloud_scalar: cloud, f64;
+}
+#[cfg(target_arch = "x86_64")]
+instances! {
+    lattice_avx2: lattice, crate::lane::Avx2;
+    cloud_avx2: cloud, crate::lane::Avx2;
+    lattice_avx512: lattice, crate::lane::Avx512;
+    cloud_avx512: cloud, crate::lane::Avx512;
+}
