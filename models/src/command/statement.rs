@@ -79,13 +79,18 @@ fn body(s: &mut Statement, scene: &Scene, simulation: &Simulation) {
         "bonds",
         format!(
             "{}, horizon {horizon:.6e} m = {:.6} dx, {volumes}",
-            grouped(report.bonds / 2),
+            grouped(report.bonds as u64 / 2),
             horizon / body.spacing
         ),
     );
-    let how = if report.compiled { "compiled" } else { "interpreted" };
-    s.add("kernel", format!("{} traversal, {}, {how}", report.traversal, report.isa));
-    s.add("memory", format!("{} for nodes, {} for bonds", bytes(report.node_bytes), bytes(report.bond_bytes)));
+    let compiled = report.sweeps.iter().filter(|(_, compiled)| *compiled).count();
+    let how = match report.sweeps.len() {
+        n if n == compiled => "compiled".to_string(),
+        _ if compiled == 0 => "interpreted".to_string(),
+        n => format!("{compiled} of {n} sweeps compiled"),
+    };
+    s.add("kernel", format!("{} traversal, {}, {how}", report.traversal, report.isa.name()));
+    s.add("memory", format!("{} for nodes, {} for bonds", bytes(report.node_bytes as u64), bytes(report.bond_bytes as u64)));
 }
 
 fn constants(s: &mut Statement, scene: &Scene, simulation: &Simulation, implied: Option<f64>) {

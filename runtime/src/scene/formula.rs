@@ -1,6 +1,7 @@
 //! Expressions as tapes: named expressions put in their places, and the value of what has no variables left.
 
 use crate::spec::{Op, Tape};
+use crate::tape::Function;
 
 /// `tape` with `Var(first + k)` replaced by the k-th of `named`.
 pub(super) fn splice(tape: &Tape, first: u32, named: &[&Tape]) -> Tape {
@@ -82,50 +83,7 @@ pub(super) fn last_variable(tape: &Tape) -> Option<u32> {
 
 /// NaN where the tape reads something that a constant cannot read.
 pub(super) fn value(tape: &Tape) -> f64 {
-    let mut registers: Vec<f64> = Vec::with_capacity(tape.ops.len());
-    for op in &tape.ops {
-        let value = operation(op, &registers);
-        registers.push(value);
-    }
-    tape.outs
-        .first()
-        .and_then(|r| registers.get(*r as usize))
-        .copied()
-        .unwrap_or(f64::NAN)
-}
-
-fn operation(op: &Op, registers: &[f64]) -> f64 {
-    let r = |k: u32| registers.get(k as usize).copied().unwrap_or(f64::NAN);
-    let truth = |t: bool| f64::from(u8::from(t));
-    match *op {
-        Op::Lit(v) => v,
-        Op::Inf => f64::INFINITY,
-        Op::Add(a, b) => r(a) + r(b),
-        Op::Sub(a, b) => r(a) - r(b),
-        Op::Mul(a, b) => r(a) * r(b),
-        Op::Div(a, b) => r(a) / r(b),
-        Op::Fma(a, b, c) => r(a).mul_add(r(b), r(c)),
-        Op::Neg(a) => -r(a),
-        Op::Abs(a) => r(a).abs(),
-        Op::Min(a, b) => r(a).min(r(b)),
-        Op::Max(a, b) => r(a).max(r(b)),
-        Op::Sqrt(a) => r(a).sqrt(),
-        Op::Rsqrt(a) => 1.0 / r(a).sqrt(),
-        Op::Exp(a) => r(a).exp(),
-        Op::Ln(a) => r(a).ln(),
-        Op::Sin(a) => r(a).sin(),
-        Op::Cos(a) => r(a).cos(),
-        Op::Tan(a) => r(a).tan(),
-        Op::Pow(a, b) => r(a).powf(r(b)),
-        Op::Powi(a, n) => r(a).powi(n),
-        Op::Lt(a, b) => truth(r(a) < r(b)),
-        Op::Le(a, b) => truth(r(a) <= r(b)),
-        Op::And(a, b) => r(a).min(r(b)),
-        Op::Or(a, b) => r(a).max(r(b)),
-        Op::Not(a) => 1.0 - r(a),
-        Op::Select(c, a, b) => r(if r(c) > 0.5 { a } else { b }),
-        _ => f64::NAN,
-    }
+    Function::new(tape, 0).map_or(f64::NAN, |f| f.call(&[]))
 }
 
 #[cfg(test)]
