@@ -12,6 +12,7 @@ use pdlang_runtime::engine::Law;
 use pdlang_runtime::language::{
     Compiled, Complaint, Expected, Exponents, Language, LawError, Variable,
 };
+use pdlang_runtime::scene::nearest;
 use pdlang_runtime::spec::{InfluenceFn, Op, Spec, Tape};
 
 use serde::Serialize;
@@ -46,7 +47,9 @@ impl Language for Pdlang {
             if let Some(law) = entry.compiled(dim) {
                 return Ok(law);
             }
-            entry.law().map_err(|d| broken(name, name, entry.text, &d))?
+            entry
+                .law()
+                .map_err(|d| broken(name, name, entry.text, &d))?
         };
         interpreted(&law, dim)
     }
@@ -61,7 +64,11 @@ impl Language for Pdlang {
     }
 
     fn unit_name(&self, unit: Exponents) -> String {
-        Unit { base: unit, opaque: Vec::new() }.symbol()
+        Unit {
+            base: unit,
+            opaque: Vec::new(),
+        }
+        .symbol()
     }
 }
 
@@ -75,14 +82,29 @@ fn literal(
     let start = text.len() - trimmed.len();
     let span = start..start + trimmed.trim_end().len();
     let complain = |message: String, label: String, help: String| {
-        Err(vec![Complaint { span: span.clone(), message, label, help: Some(help) }])
+        Err(vec![Complaint {
+            span: span.clone(),
+            message,
+            label,
+            help: Some(help),
+        }])
     };
-    let tape = Tape { ops: vec![Op::Lit(number.value)], outs: vec![0] };
+    let tape = Tape {
+        ops: vec![Op::Lit(number.value)],
+        outs: vec![0],
+    };
     match expected {
         Expected::Unit(unit) if number.has_unit && number.unit.base != unit => {
-            let wanted = Unit { base: unit, opaque: Vec::new() }.symbol();
+            let wanted = Unit {
+                base: unit,
+                opaque: Vec::new(),
+            }
+            .symbol();
             complain(
-                format!("wrong unit: expected {wanted}, found {}", number.unit.symbol()),
+                format!(
+                    "wrong unit: expected {wanted}, found {}",
+                    number.unit.symbol()
+                ),
                 format!("this is in {}", number.unit.symbol()),
                 format!("give it in {wanted}, or as a plain number in SI units"),
             )
@@ -93,7 +115,10 @@ fn literal(
             "compare something, as in `x < 1 mm`".into(),
         ),
         Expected::Unit(unit) => Ok(Compiled { tape, unit }),
-        Expected::Scalar => Ok(Compiled { tape, unit: number.unit.base }),
+        Expected::Scalar => Ok(Compiled {
+            tape,
+            unit: number.unit.base,
+        }),
     }
 }
 
@@ -103,8 +128,10 @@ fn strict(
     variables: &[Variable],
     expected: Expected,
 ) -> Result<Compiled, Vec<Diagnostic>> {
-    let variables: Vec<(&str, Unit)> =
-        variables.iter().map(|v| (v.name.as_str(), of(v.unit))).collect();
+    let variables: Vec<(&str, Unit)> = variables
+        .iter()
+        .map(|v| (v.name.as_str(), of(v.unit)))
+        .collect();
     let wanted = match expected {
         Expected::Unit(unit) => Some(of(unit)),
         _ => None,
@@ -118,18 +145,30 @@ fn plain(text: &str, variables: &[Variable], expected: Expected) -> Option<Compi
     let coordinate = |v: &Variable| matches!(v.name.as_str(), "x" | "y" | "z" | "t");
     let bare: Vec<(&str, Unit)> = variables
         .iter()
-        .map(|v| (v.name.as_str(), if coordinate(v) { Unit::NUMBER } else { of(v.unit) }))
+        .map(|v| {
+            (
+                v.name.as_str(),
+                if coordinate(v) {
+                    Unit::NUMBER
+                } else {
+                    of(v.unit)
+                },
+            )
+        })
         .collect();
     let number = matches!(expected, Expected::Unit(_)).then_some(Unit::NUMBER);
     let found = front::expression(text, &bare, number.as_ref()).ok()?;
-    let unitless = |e: &ir::Expr| match e.kind {
-        ExprKind::Number(_) | ExprKind::Var(_) => e.unit.is_number(),
+    let written = |e: &ir::Expr| !matches!(e.kind, ExprKind::Number(_)) || e.unit.is_number();
+    let compiled = compiled(&found, expected).ok()?;
+    let read = |op: &Op| match op {
+        Op::Var(k) => bare
+            .get(*k as usize)
+            .is_some_and(|(_, unit)| unit.is_number()),
         _ => true,
     };
-    if !found.exprs.iter().all(unitless) {
+    if !found.exprs.iter().all(written) || !compiled.tape.ops.iter().all(read) {
         return None;
     }
-    let compiled = compiled(&found, expected).ok()?;
     match expected {
         Expected::Unit(unit) => Some(Compiled { unit, ..compiled }),
         _ => Some(compiled),
@@ -138,7 +177,11 @@ fn plain(text: &str, variables: &[Variable], expected: Expected) -> Option<Compi
 
 fn compiled(found: &front::Expression, expected: Expected) -> Result<Compiled, Vec<Diagnostic>> {
     let root = &found.exprs[found.root.index()];
-    let wanted = if expected == Expected::Condition { ir::Shape::Boolean } else { ir::Shape::Scalar };
+    let wanted = if expected == Expected::Condition {
+        ir::Shape::Boolean
+    } else {
+        ir::Shape::Scalar
+    };
     let words = |shape| match shape {
         ir::Shape::Boolean => "a condition",
         ir::Shape::Scalar => "a number",
@@ -153,15 +196,25 @@ fn compiled(found: &front::Expression, expected: Expected) -> Result<Compiled, V
     }
     let tape = carried(&direct::tape(&found.exprs, found.root))
         .map_err(|message| vec![Diagnostic::error("PD000", message)])?;
-    Ok(Compiled { tape, unit: root.unit.base })
+    Ok(Compiled {
+        tape,
+        unit: root.unit.base,
+    })
 }
 
 fn of(unit: Exponents) -> Unit {
-    Unit { base: unit, opaque: Vec::new() }
+    Unit {
+        base: unit,
+        opaque: Vec::new(),
+    }
 }
 
 fn complaints(text: &str, diagnostics: &[Diagnostic]) -> Vec<Complaint> {
-    diagnostics.iter().filter(|d| d.is_error()).map(|d| complaint(text, d)).collect()
+    diagnostics
+        .iter()
+        .filter(|d| d.is_error())
+        .map(|d| complaint(text, d))
+        .collect()
 }
 
 fn complaint(text: &str, diagnostic: &Diagnostic) -> Complaint {
@@ -169,15 +222,29 @@ fn complaint(text: &str, diagnostic: &Diagnostic) -> Complaint {
         Some((span, label)) => (range(*span, text), label.clone()),
         None => (0..text.len(), String::new()),
     };
-    Complaint { span, message: diagnostic.message.clone(), label, help: diagnostic.help.clone() }
+    Complaint {
+        span,
+        message: diagnostic.message.clone(),
+        label,
+        help: diagnostic.help.clone(),
+    }
 }
 
 fn range(span: Span, text: &str) -> Range<usize> {
-    if span.prelude { 0..text.len() } else { span.start as usize..span.end as usize }
+    if span.prelude {
+        0..text.len()
+    } else {
+        span.start as usize..span.end as usize
+    }
 }
 
 fn whole(text: &str, message: String) -> Complaint {
-    Complaint { span: 0..text.len(), message, label: String::new(), help: None }
+    Complaint {
+        span: 0..text.len(),
+        message,
+        label: String::new(),
+        help: None,
+    }
 }
 
 /// What the compiler writes, as the runtime reads it: the two meet as JSON only.
@@ -214,7 +281,11 @@ fn law_file(path: &Path) -> Result<ir::Law, LawError> {
 }
 
 fn interpreted(law: &ir::Law, dim: usize) -> Result<Law, LawError> {
-    let fail = |message: String| LawError { message, help: None, report: None };
+    let fail = |message: String| LawError {
+        message,
+        help: None,
+        report: None,
+    };
     let spec = assemble::spec(law, dim)
         .map_err(|_| fail(format!("`{}` is too large for exact arithmetic", law.name)))?;
     let spec: Spec = carried(&spec).map_err(fail)?;
@@ -223,15 +294,11 @@ fn interpreted(law: &ir::Law, dim: usize) -> Result<Law, LawError> {
 
 fn unknown(name: &str) -> LawError {
     let names = registry::names();
-    let near = names
-        .iter()
-        .map(|n| (strsim::jaro_winkler(name, n), *n))
-        .filter(|(likeness, _)| *likeness > 0.7)
-        .max_by(|a, b| a.0.total_cmp(&b.0));
+    let near = nearest(name, &names);
     LawError {
         message: format!("there is no law `{name}` in the catalogue"),
         help: Some(match near {
-            Some((_, near)) => format!("did you mean \"{near}\"? `pdlang models` lists all"),
+            Some(near) => format!("did you mean \"{near}\"? `pdlang models` lists all"),
             None => format!("known laws: {}; or give a .pd file", names.join(", ")),
         }),
         report: None,
@@ -247,7 +314,6 @@ fn broken(name: &str, path: &str, text: &str, diagnostics: &[Diagnostic]) -> Law
         report: Some(shown.join("\n\n")),
     }
 }
-
 
 #[cfg(test)]
 mod tests;

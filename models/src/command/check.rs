@@ -24,7 +24,10 @@ pub fn execute(matches: &ArgMatches) -> Outcome {
     let wrong = files.iter().filter(|file| !check(file)).count();
     match wrong {
         0 => Ok(()),
-        n => Err(Failure::plain(format!("{n} of {} files wrong", files.len()))),
+        n => Err(Failure::plain(format!(
+            "{n} of {} files wrong",
+            files.len()
+        ))),
     }
 }
 
@@ -59,5 +62,9 @@ fn contents(checked: &front::Checked) -> String {
     };
     let parts = [part("law", laws), part("influence function", functions)];
     let parts: Vec<String> = parts.into_iter().flatten().collect();
-    if parts.is_empty() { "empty".into() } else { parts.join("; ") }
+    if parts.is_empty() {
+        "empty".into()
+    } else {
+        parts.join("; ")
+    }
 }

@@ -95,7 +95,11 @@ mod tests {
 
     #[test]
     fn a_wrong_command_line_is_exit_code_two() {
-        for line in [vec!["pdlang", "fly"], vec!["pdlang", "run"], vec!["pdlang", "run", "a.toml", "--threads", "x"]] {
+        for line in [
+            vec!["pdlang", "fly"],
+            vec!["pdlang", "run"],
+            vec!["pdlang", "run", "a.toml", "--threads", "x"],
+        ] {
             let error = super::cli().try_get_matches_from(line).expect_err("wrong");
             assert_eq!(error.exit_code(), 2);
         }

@@ -12,13 +12,20 @@ use pdlang_models::registry::{self, Entry};
 pub fn command() -> Command {
     Command::new("models")
         .about("List the laws of the catalogue, or show one law's page")
-        .arg(Arg::new("name").value_name("NAME").help("A law of the catalogue"))
+        .arg(
+            Arg::new("name")
+                .value_name("NAME")
+                .help("A law of the catalogue"),
+        )
         .arg(json_flag())
 }
 
 /// `--json`, as every command has it that prints a table.
 pub fn json_flag() -> Arg {
-    Arg::new("json").long("json").action(ArgAction::SetTrue).help("Print as JSON")
+    Arg::new("json")
+        .long("json")
+        .action(ArgAction::SetTrue)
+        .help("Print as JSON")
 }
 
 pub fn execute(matches: &ArgMatches) -> Outcome {
@@ -30,7 +37,14 @@ pub fn execute(matches: &ArgMatches) -> Outcome {
 }
 
 fn list(as_json: bool) -> Outcome {
-    let mut table = Table::new(&["law", "title", "parameters", "response", "can break", "source"]);
+    let mut table = Table::new(&[
+        "law",
+        "title",
+        "parameters",
+        "response",
+        "can break",
+        "source",
+    ]);
     for entry in registry::CATALOGUE {
         let law = read(entry)?;
         let parameters: Vec<&str> = law.params.iter().map(|p| p.name.as_str()).collect();
@@ -49,8 +63,10 @@ fn list(as_json: bool) -> Outcome {
 
 fn read(entry: &Entry) -> Result<ir::Law, Failure> {
     entry.law().map_err(|diagnostics| {
-        let shown: Vec<String> =
-            diagnostics.iter().map(|d| d.render(entry.text, entry.name, false)).collect();
+        let shown: Vec<String> = diagnostics
+            .iter()
+            .map(|d| d.render(entry.text, entry.name, false))
+            .collect();
         Failure::Input(shown.join("\n\n"))
     })
 }
@@ -62,7 +78,11 @@ fn response(law: &ir::Law) -> String {
         Response::State(..) => "state",
         Response::Rate(..) => "rate",
     };
-    law.responses.iter().map(word).collect::<Vec<_>>().join(", ")
+    law.responses
+        .iter()
+        .map(word)
+        .collect::<Vec<_>>()
+        .join(", ")
 }
 
 fn page(name: &str, as_json: bool) -> Outcome {
@@ -102,10 +122,20 @@ fn page_text(law: &ir::Law, entry: &Entry) -> String {
         text.push_str(&format!("  {cite}\n"));
     }
     let flavours = ir::Flavour::ALL.map(ir::Flavour::name).join(", ");
-    text.push_str(&format!("\nFlavours: {flavours}\nResponse: {}\n", response(law)));
-    let breaks = if law.breaks.is_empty() { "cannot break" } else { "can break" };
+    text.push_str(&format!(
+        "\nFlavours: {flavours}\nResponse: {}\n",
+        response(law)
+    ));
+    let breaks = if law.breaks.is_empty() {
+        "cannot break"
+    } else {
+        "can break"
+    };
     text.push_str(&format!("Bonds:    {breaks}\n"));
-    for (heading, table) in [("Parameters", parameters(law)), ("Influence", influences(law))] {
+    for (heading, table) in [
+        ("Parameters", parameters(law)),
+        ("Influence", influences(law)),
+    ] {
         text.push_str(&format!("\n{heading}\n{}", indented(&table.text())));
     }
     let constants = constants(law);
@@ -117,14 +147,22 @@ fn page_text(law: &ir::Law, entry: &Entry) -> String {
 }
 
 fn indented(text: &str) -> String {
-    text.lines().map(|l| format!("  {l}\n").replace("  \n", "\n")).collect()
+    text.lines()
+        .map(|l| format!("  {l}\n").replace("  \n", "\n"))
+        .collect()
 }
 
 fn parameters(law: &ir::Law) -> Table {
     let mut table = Table::new(&["name", "unit", "bounds", "default", "description"]);
     for p in &law.params {
-        let unit = if p.unit.is_number() { String::new() } else { p.unit.symbol() };
-        let default = p.default.map_or_else(|| "required".into(), |v| v.to_string());
+        let unit = if p.unit.is_number() {
+            String::new()
+        } else {
+            p.unit.symbol()
+        };
+        let default = p
+            .default
+            .map_or_else(|| "required".into(), |v| v.to_string());
         table.row(vec![
             p.name.as_str().into(),
             unit.into(),
@@ -147,7 +185,10 @@ fn bounds(param: &Param) -> String {
 fn influences(law: &ir::Law) -> Table {
     let mut table = Table::new(&["name", "default"]);
     for influence in &law.influences {
-        let default = influence.default.as_ref().map_or("required", |f| f.name.as_str());
+        let default = influence
+            .default
+            .as_ref()
+            .map_or("required", |f| f.name.as_str());
         table.row(vec![influence.name.as_str().into(), default.into()]);
     }
     table
@@ -156,5 +197,9 @@ fn influences(law: &ir::Law) -> Table {
 /// Names of the constants that the law computes.
 fn constants(law: &ir::Law) -> Vec<&str> {
     let constant = |d: &&ir::Def| d.home == ir::Home::Constant && !d.span.prelude;
-    law.defs.iter().filter(constant).map(|d| d.name.as_str()).collect()
+    law.defs
+        .iter()
+        .filter(constant)
+        .map(|d| d.name.as_str())
+        .collect()
 }

@@ -27,7 +27,10 @@ pub fn command() -> Command {
 
 pub fn execute(matches: &ArgMatches) -> Outcome {
     threads(matches)?;
-    let path = matches.get_one::<PathBuf>("scene").cloned().unwrap_or_default();
+    let path = matches
+        .get_one::<PathBuf>("scene")
+        .cloned()
+        .unwrap_or_default();
     let scene = read(&path)?;
     let mut simulation = scene.simulation().map_err(wrong)?;
     let mut plan = statement::of(&scene, &mut simulation);
@@ -36,8 +39,20 @@ pub fn execute(matches: &ArgMatches) -> Outcome {
     let ns = per_step * 1e9 / report.bonds.max(1) as f64;
     let evaluations = simulation.steps.saturating_sub(simulation.state.step) + 1;
     let total = per_step * evaluations as f64;
-    plan.add("speed", format!("{ns:.2} ns per bond, {:.3} ms per force evaluation", per_step * 1e3));
-    plan.add("time", format!("about {} for {evaluations} force evaluations, without outputs", duration(total)));
+    plan.add(
+        "speed",
+        format!(
+            "{ns:.2} ns per bond, {:.3} ms per force evaluation",
+            per_step * 1e3
+        ),
+    );
+    plan.add(
+        "time",
+        format!(
+            "about {} for {evaluations} force evaluations, without outputs",
+            duration(total)
+        ),
+    );
     let left_out = left_out(&simulation);
     if matches.get_flag("json") {
         let mut map = plan.json();

@@ -49,7 +49,10 @@ impl Observer for Progress {
                 self.told = tenth(sim);
                 let (step, steps) = (sim.state.step, sim.steps);
                 let broken = sim.row.broken;
-                eprintln!("step {step} of {steps}, t = {:.4e} s, {broken} bonds broken", sim.state.time);
+                eprintln!(
+                    "step {step} of {steps}, t = {:.4e} s, {broken} bonds broken",
+                    sim.state.time
+                );
             }
             None => {}
         }
@@ -57,7 +60,10 @@ impl Observer for Progress {
 
     fn row(&mut self, _: &Simulation, row: &Row) -> Result<(), String> {
         if let Some(bar) = &self.bar {
-            bar.set_message(format!("t = {:.4e} s, {} bonds broken", row.time, row.broken));
+            bar.set_message(format!(
+                "t = {:.4e} s, {} bonds broken",
+                row.time, row.broken
+            ));
         }
         Ok(())
     }

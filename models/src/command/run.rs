@@ -56,11 +56,16 @@ pub fn threads_argument() -> Arg {
 
 pub fn execute(matches: &ArgMatches) -> Outcome {
     threads(matches)?;
-    let path = matches.get_one::<PathBuf>("scene").cloned().unwrap_or_default();
+    let path = matches
+        .get_one::<PathBuf>("scene")
+        .cloned()
+        .unwrap_or_default();
     let scene = read(&path)?;
     let mut simulation = scene.simulation().map_err(wrong)?;
     if let Some(checkpoint) = matches.get_one::<PathBuf>("resume") {
-        simulation.resume(checkpoint).map_err(|e| input_error(e.what, e.remedy))?;
+        simulation
+            .resume(checkpoint)
+            .map_err(|e| input_error(e.what, e.remedy))?;
     }
     let out = matches
         .get_one::<PathBuf>("out")
@@ -73,7 +78,9 @@ pub fn execute(matches: &ArgMatches) -> Outcome {
 
 /// Sets the number of threads for the whole process.
 pub fn threads(matches: &ArgMatches) -> Outcome {
-    let Some(&n) = matches.get_one::<u32>("threads") else { return Ok(()) };
+    let Some(&n) = matches.get_one::<u32>("threads") else {
+        return Ok(());
+    };
     rayon::ThreadPoolBuilder::new()
         .num_threads(n as usize)
         .build_global()
@@ -90,8 +97,9 @@ pub fn wrong(problems: Problems) -> Failure {
 
 fn go(scene: &Scene, simulation: &mut Simulation, out: &Path) -> Outcome {
     let mut files = Files::new(out).with(Box::new(Progress::new()));
-    let summary =
-        simulation.run(&mut files).map_err(|stopped| Failure::Run(format!("error: {stopped}")))?;
+    let summary = simulation
+        .run(&mut files)
+        .map_err(|stopped| Failure::Run(format!("error: {stopped}")))?;
     if scene.node_table {
         let path = out.join("nodes.csv");
         node_table::write(simulation, &path)

@@ -1,5 +1,7 @@
 //! What a run says about itself: before it starts, and when it is done.
 
+use pdlang_models::language::Pdlang;
+use pdlang_runtime::language::{Exponents, Language, dimension};
 use pdlang_runtime::observe::Summary;
 use pdlang_runtime::scene::{Scene, implied};
 use pdlang_runtime::simulate::{End, Simulation, StepRule};
@@ -19,26 +21,40 @@ impl Statement {
 
     pub fn text(&self) -> String {
         let line = |(name, text): &(&str, String)| format!("  {name:<10} {text}\n");
-        format!("{}\n{}", self.title, self.lines.iter().map(line).collect::<String>())
+        format!(
+            "{}\n{}",
+            self.title,
+            self.lines.iter().map(line).collect::<String>()
+        )
     }
 
     pub fn json(&self) -> Map<String, Value> {
         let mut map = Map::new();
         map.insert("title".into(), self.title.as_str().into());
-        map.extend(self.lines.iter().map(|(n, t)| (n.replace(' ', "_"), t.as_str().into())));
+        map.extend(
+            self.lines
+                .iter()
+                .map(|(n, t)| (n.replace(' ', "_"), t.as_str().into())),
+        );
         map
     }
 }
 
 /// Law, body, traversal, memory, constants, step.
 pub fn of(scene: &Scene, simulation: &mut Simulation) -> Statement {
-    let mut s = Statement { title: scene.title.clone(), lines: Vec::new() };
+    let mut s = Statement {
+        title: scene.title.clone(),
+        lines: Vec::new(),
+    };
     let spec = &scene.material.law.spec;
     s.add("law", format!("{}: {}", spec.law, spec.title));
     s.add("from", spec.cites.join("; "));
     s.add("parameters", parameters(scene));
     for (slot, (function, values)) in spec.influences.iter().zip(&scene.material.influences) {
-        s.add("influence", format!("{} = {}", slot.name, call(function, values)));
+        s.add(
+            "influence",
+            format!("{} = {}", slot.name, call(function, values)),
+        );
     }
     body(&mut s, scene, simulation);
     let implied = implied::modulus(simulation);
@@ -50,16 +66,25 @@ pub fn of(scene: &Scene, simulation: &mut Simulation) -> Statement {
 fn parameters(scene: &Scene) -> String {
     let material = &scene.material;
     let pairs = material.law.spec.params.iter().zip(&material.params);
-    let mut shown: Vec<String> =
-        pairs.map(|(p, v)| format!("{} = {} {}", p.name, v, p.unit).trim_end().into()).collect();
+    let mut shown: Vec<String> = pairs
+        .map(|(p, v)| format!("{} = {}", p.name, with_unit(*v, p.exponents)))
+        .collect();
     shown.push(format!("density = {} kg/m^3", material.density));
     shown.join(", ")
 }
 
+fn with_unit(value: f64, unit: Exponents) -> String {
+    match unit {
+        dimension::NUMBER => value.to_string(),
+        _ => format!("{value} {}", Pdlang.unit_name(unit)),
+    }
+}
+
 fn call(function: &InfluenceFn, values: &[f64]) -> String {
     let pairs = function.params.iter().zip(values);
-    let arguments: Vec<String> =
-        pairs.map(|(p, v)| format!("{} = {v} {}", p.name, p.unit).trim_end().into()).collect();
+    let arguments: Vec<String> = pairs
+        .map(|(p, v)| format!("{} = {}", p.name, with_unit(*v, p.exponents)))
+        .collect();
     match arguments.is_empty() {
         true => function.name.clone(),
         false => format!("{}({})", function.name, arguments.join(", ")),
@@ -71,10 +96,19 @@ fn body(s: &mut Statement, scene: &Scene, simulation: &Simulation) {
     let body = &simulation.body;
     s.add(
         "body",
-        format!("{} nodes, {}, spacing {} m", grouped(report.nodes as u64), body.flavour.name(), body.spacing),
+        format!(
+            "{} nodes, {}, spacing {} m",
+            grouped(report.nodes as u64),
+            body.flavour.name(),
+            body.spacing
+        ),
     );
     let horizon = scene.family.horizon;
-    let volumes = if scene.family.partial_volume { "partial volumes" } else { "full volumes" };
+    let volumes = if scene.family.partial_volume {
+        "partial volumes"
+    } else {
+        "full volumes"
+    };
     s.add(
         "bonds",
         format!(
@@ -83,26 +117,54 @@ fn body(s: &mut Statement, scene: &Scene, simulation: &Simulation) {
             horizon / body.spacing
         ),
     );
-    let compiled = report.sweeps.iter().filter(|(_, compiled)| *compiled).count();
+    let compiled = report
+        .sweeps
+        .iter()
+        .filter(|(_, compiled)| *compiled)
+        .count();
     let how = match report.sweeps.len() {
         n if n == compiled => "compiled".to_string(),
         _ if compiled == 0 => "interpreted".to_string(),
         n => format!("{compiled} of {n} sweeps compiled"),
     };
-    s.add("kernel", format!("{} traversal, {}, {how}", report.traversal, report.isa.name()));
-    s.add("memory", format!("{} for nodes, {} for bonds", bytes(report.node_bytes as u64), bytes(report.bond_bytes as u64)));
+    s.add(
+        "kernel",
+        format!(
+            "{} traversal, {}, {how}",
+            report.traversal,
+            report.isa.name()
+        ),
+    );
+    s.add(
+        "memory",
+        format!(
+            "{} for nodes, {} for bonds",
+            bytes(report.node_bytes as u64),
+            bytes(report.bond_bytes as u64)
+        ),
+    );
 }
 
 fn constants(s: &mut Statement, scene: &Scene, simulation: &Simulation, implied: Option<f64>) {
     let report = simulation.engine.report();
-    let how = if scene.material.lattice_constants { "sums over the lattice" } else { "integrals" };
-    let shown: Vec<String> =
-        report.constants.iter().map(|(name, value)| format!("{name} = {value:.6e}")).collect();
+    let how = if scene.material.lattice_constants {
+        "sums over the lattice"
+    } else {
+        "integrals"
+    };
+    let shown: Vec<String> = report
+        .constants
+        .iter()
+        .map(|(name, value)| format!("{name} = {value:.6e}"))
+        .collect();
     if !shown.is_empty() {
         s.add("constants", format!("{} (from {how})", shown.join(", ")));
     }
     if let Some(modulus) = implied {
-        s.add("implied", format!("modulus against expansion in the middle of the body {modulus:.6e} Pa"));
+        s.add(
+            "implied",
+            format!("modulus against expansion in the middle of the body {modulus:.6e} Pa"),
+        );
     }
 }
 
@@ -114,7 +176,10 @@ fn step(scene: &Scene, simulation: &Simulation) -> String {
     };
     let why = match (scene.step, &simulation.stable) {
         (StepRule::Stable { safety }, Some(stable)) => {
-            format!("{safety} of the limit of this body (omega = {:.4e} rad/s)", stable.omega)
+            format!(
+                "{safety} of the limit of this body (omega = {:.4e} rad/s)",
+                stable.omega
+            )
         }
         _ => "as given".into(),
     };
@@ -128,8 +193,15 @@ pub fn result(summary: &Summary) -> String {
     format!(
         "done       {} steps in {:.2} s ({:.2} ns per bond): forces {:.2}, integration {:.2}, energy {:.2}, output {:.2}\n\
          broken     {} bonds ({:.4} %)\n",
-        summary.steps, t.total, summary.ns_per_bond, t.forces, t.integration, t.energy, t.output,
-        grouped(row.broken), 100.0 * row.broken_fraction,
+        summary.steps,
+        t.total,
+        summary.ns_per_bond,
+        t.forces,
+        t.integration,
+        t.energy,
+        t.output,
+        grouped(row.broken),
+        100.0 * row.broken_fraction,
     )
 }
 

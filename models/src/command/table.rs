@@ -10,7 +10,10 @@ pub struct Table {
 
 impl Table {
     pub fn new(columns: &[&'static str]) -> Table {
-        Table { columns: columns.to_vec(), rows: Vec::new() }
+        Table {
+            columns: columns.to_vec(),
+            rows: Vec::new(),
+        }
     }
 
     /// Adds a row; as many cells as there are columns.
@@ -22,7 +25,11 @@ impl Table {
     pub fn json(&self) -> Value {
         let object = |row: &Vec<Value>| {
             let pairs = self.columns.iter().zip(row);
-            Value::Object(pairs.map(|(c, v)| (c.to_string(), v.clone())).collect::<Map<_, _>>())
+            Value::Object(
+                pairs
+                    .map(|(c, v)| (c.to_string(), v.clone()))
+                    .collect::<Map<_, _>>(),
+            )
         };
         Value::Array(self.rows.iter().map(object).collect())
     }
@@ -39,14 +46,24 @@ impl Table {
         let headings: Vec<String> = self.columns.iter().map(|c| c.to_string()).collect();
         let mut lines = vec![headings];
         lines.extend(self.rows.iter().map(|row| row.iter().map(cell).collect()));
-        let width = |k: usize| lines.iter().map(|l| l[k].chars().count()).max().unwrap_or(0);
+        let width = |k: usize| {
+            lines
+                .iter()
+                .map(|l| l[k].chars().count())
+                .max()
+                .unwrap_or(0)
+        };
         let widths: Vec<usize> = (0..self.columns.len()).map(width).collect();
         lines.iter().map(|line| aligned(line, &widths)).collect()
     }
 }
 
 fn aligned(line: &[String], widths: &[usize]) -> String {
-    let cells: Vec<String> = line.iter().zip(widths).map(|(c, w)| format!("{c:<w$}")).collect();
+    let cells: Vec<String> = line
+        .iter()
+        .zip(widths)
+        .map(|(c, w)| format!("{c:<w$}"))
+        .collect();
     format!("{}\n", cells.join("  ").trim_end())
 }
 
@@ -67,7 +84,10 @@ mod tests {
         let mut table = Table::new(&["law", "terms"]);
         table.row(vec!["pmb".into(), 3.into()]);
         table.row(vec!["lps_frozen".into(), Value::Null]);
-        assert_eq!(table.text(), "law         terms\npmb         3\nlps_frozen\n");
+        assert_eq!(
+            table.text(),
+            "law         terms\npmb         3\nlps_frozen\n"
+        );
         assert_eq!(table.json()[0]["terms"], 3);
     }
 }

@@ -2,7 +2,10 @@ use super::*;
 use pdlang_runtime::language::dimension::{LENGTH, NUMBER, VELOCITY};
 
 fn variables() -> Vec<Variable> {
-    let variable = |name: &str, unit| Variable { name: name.into(), unit };
+    let variable = |name: &str, unit| Variable {
+        name: name.into(),
+        unit,
+    };
     vec![
         variable("x", LENGTH),
         variable("y", LENGTH),
@@ -12,28 +15,59 @@ fn variables() -> Vec<Variable> {
 }
 
 fn compile(text: &str, expected: Expected) -> Result<Tape, String> {
-    let shown = |c: Vec<Complaint>| c.iter().map(|c| c.message.clone()).collect::<Vec<_>>().join("; ");
-    Pdlang.expression(text, &variables(), expected).map(|c| c.tape).map_err(shown)
+    let shown = |c: Vec<Complaint>| {
+        c.iter()
+            .map(|c| c.message.clone())
+            .collect::<Vec<_>>()
+            .join("; ")
+    };
+    Pdlang
+        .expression(text, &variables(), expected)
+        .map(|c| c.tape)
+        .map_err(shown)
 }
 
 #[test]
 fn quantities_are_converted_and_checked() {
     let length = Expected::Unit(LENGTH);
-    assert_eq!(compile("0.5 mm", length).expect("a length").ops, [Op::Lit(0.5e-3)]);
+    assert_eq!(
+        compile("0.5 mm", length).expect("a length").ops,
+        [Op::Lit(0.5e-3)]
+    );
     assert_eq!(compile("0.25", length).expect("in SI").ops, [Op::Lit(0.25)]);
-    assert_eq!(compile("100 m/s", Expected::Unit(VELOCITY)).expect("a speed").ops, [Op::Lit(100.0)]);
+    assert_eq!(
+        compile("100 m/s", Expected::Unit(VELOCITY))
+            .expect("a speed")
+            .ops,
+        [Op::Lit(100.0)]
+    );
     let wrong = compile("3 s", length).expect_err("a time");
-    assert!(wrong.contains("expected m") && wrong.contains("found s"), "{wrong}");
+    assert!(
+        wrong.contains("expected m") && wrong.contains("found s"),
+        "{wrong}"
+    );
 }
 
 #[test]
 fn expressions_are_checked_with_units_or_are_plain_numbers() {
     let length = Expected::Unit(LENGTH);
     assert!(compile("A*sin(x/(1 mm))", length).is_ok());
-    assert!(compile("1e-5*sin(x)", length).is_ok(), "no unit appears: all in SI");
-    assert!(compile("n*x^2", length).is_ok(), "no unit appears: all in SI");
-    assert!(compile("A*x", length).is_err(), "A has a unit, so units count");
-    assert!(compile("1e-5*sin(x/A)", length).is_err(), "A has a unit, so units count");
+    assert!(
+        compile("1e-5*sin(x)", length).is_ok(),
+        "no unit appears: all in SI"
+    );
+    assert!(
+        compile("n*x^2", length).is_ok(),
+        "no unit appears: all in SI"
+    );
+    assert!(
+        compile("A*x", length).is_err(),
+        "A has a unit, so units count"
+    );
+    assert!(
+        compile("1e-5*sin(x/A)", length).is_err(),
+        "A has a unit, so units count"
+    );
     assert!(compile("x < 3", Expected::Condition).is_ok());
     assert!(compile("x < 3 mm", Expected::Condition).is_ok());
     assert!(compile("x + 1", Expected::Condition).is_err());
@@ -41,9 +75,13 @@ fn expressions_are_checked_with_units_or_are_plain_numbers() {
 
 #[test]
 fn influence_functions_come_with_their_values() {
-    let (function, values) =
-        Pdlang.influence("softened(p = 2, eps = 0.5 mm)").expect("in the prelude");
-    assert_eq!((function.name.as_str(), values), ("softened", vec![2.0, 0.5e-3]));
+    let (function, values) = Pdlang
+        .influence("softened(p = 2, eps = 0.5 mm)")
+        .expect("in the prelude");
+    assert_eq!(
+        (function.name.as_str(), values),
+        ("softened", vec![2.0, 0.5e-3])
+    );
     assert!(Pdlang.influence("1/x").is_ok());
     assert!(Pdlang.influence("softened(p = 2)").is_err());
     assert!(Pdlang.influence("sin(").is_err());
@@ -62,9 +100,25 @@ fn laws_come_from_the_catalogue_or_from_a_file() {
 
 #[test]
 fn no_text_panics() {
-    let texts = ["", " ", "é", "3 é", "((((", "1/0", "x^x^x", "0x", "1e999 mm", "\"", "case flavour {"];
+    let texts = [
+        "",
+        " ",
+        "é",
+        "3 é",
+        "((((",
+        "1/0",
+        "x^x^x",
+        "0x",
+        "1e999 mm",
+        "\"",
+        "case flavour {",
+    ];
     for text in texts {
-        for expected in [Expected::Scalar, Expected::Condition, Expected::Unit(LENGTH)] {
+        for expected in [
+            Expected::Scalar,
+            Expected::Condition,
+            Expected::Unit(LENGTH),
+        ] {
             let _ = compile(text, expected);
         }
         let _ = Pdlang.influence(text);

@@ -36,7 +36,7 @@ pub(super) fn spacing(section: &Section<'_>) -> Option<Placed<f64>> {
 }
 
 /// The nodes; `flavour` and `spacing` have been read before, because other sections need them.
-pub(super) fn read(section: Section<'_>, flavour: Flavour, spacing: f64) -> Option<Nodes> {
+pub(super) fn read(section: Section<'_>, flavour: Flavour, spacing: Option<f64>) -> Option<Nodes> {
     let cross = cross(&section, flavour);
     let points = section.text("points");
     let shaped = section.value("shape").is_some();
@@ -69,7 +69,7 @@ fn cross(section: &Section<'_>, flavour: Flavour) -> Option<f64> {
 fn carved(
     section: &Section<'_>,
     flavour: Flavour,
-    spacing: f64,
+    spacing: Option<f64>,
     cross: Option<f64>,
 ) -> Option<Nodes> {
     let dim = flavour.dim();
@@ -86,7 +86,7 @@ fn carved(
     Some(Nodes::Carved(Carve {
         shape: shape?,
         flavour,
-        spacing,
+        spacing: spacing?,
         anchor: anchor?,
         cross: cross?,
         periodic: periodic?,
@@ -125,7 +125,7 @@ fn points_file(
     section: &Section<'_>,
     file: Placed<&str>,
     flavour: Flavour,
-    spacing: f64,
+    spacing: Option<f64>,
     cross: Option<f64>,
 ) -> Option<Nodes> {
     let path = section.reader.directory.join(file.value);
@@ -140,7 +140,7 @@ fn points_file(
     Some(Nodes::Points {
         file: path,
         flavour,
-        spacing,
+        spacing: spacing?,
         cross: cross?,
         period: period?,
     })

@@ -2,7 +2,7 @@
 
 use super::document::{Data, Value};
 use super::problem::Problem;
-use super::section::Section;
+use super::section::{Section, listed};
 use crate::engine::Law;
 use crate::language::dimension;
 use crate::spec::{InfluenceFn, Number, ParamSpec};
@@ -29,6 +29,7 @@ pub(super) fn read(section: Section<'_>, dim: usize) -> Option<Material> {
     let constants = section.choice("constants", &WORDS);
     let Some(law) = law(&section, dim) else {
         // Without the law, its parameters cannot be told from unknown keys.
+        section.abandon();
         return None;
     };
     let params: Vec<Option<f64>> = law
@@ -83,7 +84,7 @@ fn parameter(section: &Section<'_>, param: &ParamSpec) -> Option<f64> {
         return default;
     }
     let found = section.quantity(&param.name, param.exponents);
-    let found = section.require(&param.name, found, &example(param))?;
+    let found = section.require(&param.name, found, &example(section, param))?;
     if let Some(allowed) = outside(param, found.value) {
         let shown = section.reader.shown(found.value, param.exponents);
         let problem = Problem::new(format!("`{}` is out of its bounds", param.name))
@@ -97,11 +98,10 @@ fn parameter(section: &Section<'_>, param: &ParamSpec) -> Option<f64> {
     Some(found.value)
 }
 
-fn example(param: &ParamSpec) -> String {
-    let value = if param.unit.is_empty() {
-        "..".into()
-    } else {
-        format!("\".. {}\"", param.unit)
+fn example(section: &Section<'_>, param: &ParamSpec) -> String {
+    let value = match param.exponents {
+        dimension::NUMBER => "..".to_string(),
+        unit => format!("\".. {}\"", section.reader.language.unit_name(unit)),
     };
     if param.doc.is_empty() {
         value
@@ -140,11 +140,23 @@ fn influences(section: &Section<'_>, law: &Law) -> Option<Vec<(InfluenceFn, Vec<
             Data::Table(_) => named(section, law)?,
             _ if slots.len() == 1 => vec![Some(value)],
             _ => {
-                let problem = Problem::new(format!("`influence` does not fit `{}`", law.spec.law))
-                    .at(
-                        value.span.clone(),
-                        format!("the law has {} influence functions", slots.len()),
-                    );
+                let law = &law.spec.law;
+                let (label, help) = match slots.len() {
+                    0 => (
+                        "the law has none to choose",
+                        "leave the key out".to_string(),
+                    ),
+                    _ => {
+                        let names: Vec<&str> = slots.iter().map(|s| s.name.as_str()).collect();
+                        (
+                            "the law has several",
+                            format!("give one for each of {}", listed(&names)),
+                        )
+                    }
+                };
+                let problem = Problem::new(format!("`influence` does not fit the law `{law}`"))
+                    .at(value.span.clone(), label)
+                    .help(help);
                 section.reader.complain(problem);
                 return None;
             }

@@ -24,6 +24,7 @@ pub use body::Nodes;
 pub use family::Family;
 pub use material::Material;
 pub use problem::{Problem, Problems};
+pub use section::nearest;
 
 use std::ops::Range;
 use std::path::Path;
@@ -138,27 +139,28 @@ fn read(root: Section<'_>, name: String, source: Source) -> Option<Scene> {
         .and_then(time::read);
     let material = root.section("material");
     let material = root.require("material", material, "{ model = \"pmb\", .. }");
+    let lists = ["crack", "no_fail", "indenter", "initial", "condition"].map(|k| root.sections(k));
+    let output = root.section("output");
+    root.finish();
 
     // The rest needs the dimension, and part of it the law: without them no key can be judged.
-    let flavour = flavour?;
+    let Some(flavour) = flavour else {
+        body.iter().for_each(Section::abandon);
+        return None;
+    };
     let dim = flavour.dim();
-    let nodes = body.and_then(|s| body::read(s, flavour, spacing.as_ref()?.value));
+    let nodes = body.and_then(|s| body::read(s, flavour, spacing.map(|s| s.value)));
     let material = material.and_then(|s| material::read(s, dim));
-    let cracks = collect(root.sections("crack"), |s| crack(s, dim));
-    let no_fail = collect(root.sections("no_fail"), |s| no_fail(s, dim));
-    let indenters = collect(root.sections("indenter"), |s| conditions::indenter(s, dim));
-    let sections = (
-        root.sections("initial"),
-        root.sections("condition"),
-        root.section("output"),
-    );
-    let empty = Section::new(reader, "[output]", 0..0, &[]);
-    root.finish();
+    let [cracks, no_fails, indenters, initial, conditions] = lists;
+    let cracks = collect(cracks, |s| crack(s, dim));
+    let no_fail = collect(no_fails, |s| no_fail(s, dim));
+    let indenters = collect(indenters, |s| conditions::indenter(s, dim));
     let material = material?;
     let spec = &material.law.spec;
-    let initial = collect(sections.0, |s| conditions::initial(s, spec));
-    let conditions = collect(sections.1, |s| conditions::condition(s, spec));
-    let output = output::read(sections.2.unwrap_or(empty), spec, time.map(|t| t.0));
+    let initial = collect(initial, |s| conditions::initial(s, spec));
+    let conditions = collect(conditions, |s| conditions::condition(s, spec));
+    let output = output.unwrap_or_else(|| Section::new(reader, "[output]", 0..0, &[]));
+    let output = output::read(output, spec, time.map(|t| t.0));
 
     let (end, step) = time?;
     let (outputs, nodes_asked) = output?;

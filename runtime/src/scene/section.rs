@@ -24,6 +24,8 @@ pub(super) struct Section<'a> {
     pub span: Range<usize>,
     entries: &'a [Entry],
     asked: RefCell<Vec<String>>,
+    /// Required keys that are not there, with an example.
+    missing: RefCell<Vec<(String, String)>>,
 }
 
 impl<'a> Section<'a> {
@@ -39,6 +41,7 @@ impl<'a> Section<'a> {
             span,
             entries,
             asked: RefCell::default(),
+            missing: RefCell::default(),
         }
     }
 
@@ -59,28 +62,38 @@ impl<'a> Section<'a> {
         self.entries
     }
 
-    /// Complains when `key` is absent. `example` shows what a value looks like.
+    /// Notes that `key` is absent where it is needed. `example` shows what a value looks like.
     pub fn require<T>(&self, key: &str, found: Option<T>, example: &str) -> Option<T> {
         if found.is_none() && self.value(key).is_none() {
-            let problem = Problem::new(format!("{} has no `{key}`", self.title))
-                .at(self.span.clone(), format!("`{key}` is missing here"))
-                .help(format!("add {key} = {example}"));
-            self.reader.complain(problem);
+            self.missing.borrow_mut().push((key.into(), example.into()));
         }
         found
     }
 
-    /// Complains about every key that nobody asked for.
+    /// Complains about every key that nobody asked for, and about every key that is missing. A misspelt key
+    /// is told once.
     pub fn finish(self) {
         let asked = self.asked.borrow();
         let known: Vec<&str> = asked.iter().map(String::as_str).collect();
-        for entry in self
-            .entries
-            .iter()
-            .filter(|e| !known.contains(&e.key.as_str()))
-        {
+        let unknown = |e: &&Entry| !known.contains(&e.key.as_str());
+        for entry in self.entries.iter().filter(unknown) {
+            let near = nearest(&entry.key, &known);
+            self.missing
+                .borrow_mut()
+                .retain(|(key, _)| near != Some(key));
             self.reader
-                .complain(unknown_key(&self.title, entry, &known));
+                .complain(unknown_key(&self.title, entry, near, &known));
+        }
+        self.abandon();
+    }
+
+    /// Complains about missing keys only: for a section that cannot be read to its end.
+    pub fn abandon(&self) {
+        for (key, example) in self.missing.take() {
+            let problem = Problem::new(format!("{} has no `{key}`", self.title))
+                .at(self.span.clone(), format!("`{key}` is missing here"))
+                .help(format!("add {key} = {example}"));
+            self.reader.complain(problem);
         }
     }
 
@@ -109,8 +122,10 @@ impl<'a> Section<'a> {
         match value.data {
             Data::Number(n, true) if n >= least as f64 => Some(n as u64),
             Data::Number(..) => {
-                let problem = Problem::new(format!("`{key}` must be a whole number"))
-                    .at(value.span.clone(), format!("expected {least} or more"));
+                let problem = Problem::new(format!("`{key}` must be a whole number")).at(
+                    value.span.clone(),
+                    format!("expected a whole number, {least} or more"),
+                );
                 self.reader.complain(problem);
                 None
             }
@@ -200,21 +215,21 @@ fn title_of(parent: &str, key: &str) -> String {
     }
 }
 
-fn unknown_key(title: &str, entry: &Entry, known: &[&str]) -> Problem {
+fn unknown_key(title: &str, entry: &Entry, near: Option<&str>, known: &[&str]) -> Problem {
     let problem = Problem::new(format!("unknown key `{}` in {title}", entry.key))
         .at(entry.key_span.clone(), "no such key");
-    match nearest(&entry.key, known) {
+    match near {
         Some(near) => problem.help(format!("did you mean `{near}`?")),
         None => problem.help(format!("known keys: {}", ticked(known))),
     }
 }
 
-/// The most similar word, if it is similar at all.
-pub(super) fn nearest<'w>(word: &str, words: &[&'w str]) -> Option<&'w str> {
+/// The most similar of some words, if one is similar at all.
+pub fn nearest<'w>(word: &str, words: &[&'w str]) -> Option<&'w str> {
     words
         .iter()
-        .map(|w| (strsim::jaro_winkler(word, w), *w))
-        .filter(|(likeness, _)| *likeness > 0.8)
+        .map(|w| (strsim::normalized_damerau_levenshtein(word, w), *w))
+        .filter(|(likeness, _)| *likeness >= 0.5)
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, w)| w)
 }

@@ -215,7 +215,7 @@ fn independent_problems_are_told_at_once() {
         .replace("c = 5", "c = -5")
         .replace("safety = 0.5", "safety = 2");
     let shown = parse(&text).err().expect("a bad scene");
-    assert_eq!(shown.matches("error: ").count(), 5, "{shown}");
+    assert_eq!(shown.matches("error: ").count(), 4, "{shown}");
     assert!(shown.contains("scene.toml:8:1"), "{shown}");
     assert!(shown.contains("did you mean `thickness`?"), "{shown}");
 }
