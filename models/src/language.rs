@@ -46,7 +46,9 @@ impl Language for Pdlang {
             if let Some(law) = entry.compiled(dim) {
                 return Ok(law);
             }
-            entry.law().map_err(|d| broken(name, name, entry.text, &d))?
+            entry
+                .law()
+                .map_err(|d| broken(name, name, entry.text, &d))?
         };
         interpreted(&law, dim)
     }
@@ -61,7 +63,11 @@ impl Language for Pdlang {
     }
 
     fn unit_name(&self, unit: Exponents) -> String {
-        Unit { base: unit, opaque: Vec::new() }.symbol()
+        Unit {
+            base: unit,
+            opaque: Vec::new(),
+        }
+        .symbol()
     }
 }
 
@@ -75,14 +81,29 @@ fn literal(
     let start = text.len() - trimmed.len();
     let span = start..start + trimmed.trim_end().len();
     let complain = |message: String, label: String, help: String| {
-        Err(vec![Complaint { span: span.clone(), message, label, help: Some(help) }])
+        Err(vec![Complaint {
+            span: span.clone(),
+            message,
+            label,
+            help: Some(help),
+        }])
     };
-    let tape = Tape { ops: vec![Op::Lit(number.value)], outs: vec![0] };
+    let tape = Tape {
+        ops: vec![Op::Lit(number.value)],
+        outs: vec![0],
+    };
     match expected {
         Expected::Unit(unit) if number.has_unit && number.unit.base != unit => {
-            let wanted = Unit { base: unit, opaque: Vec::new() }.symbol();
+            let wanted = Unit {
+                base: unit,
+                opaque: Vec::new(),
+            }
+            .symbol();
             complain(
-                format!("wrong unit: expected {wanted}, found {}", number.unit.symbol()),
+                format!(
+                    "wrong unit: expected {wanted}, found {}",
+                    number.unit.symbol()
+                ),
                 format!("this is in {}", number.unit.symbol()),
                 format!("give it in {wanted}, or as a plain number in SI units"),
             )
@@ -93,7 +114,10 @@ fn literal(
             "compare something, as in `x < 1 mm`".into(),
         ),
         Expected::Unit(unit) => Ok(Compiled { tape, unit }),
-        Expected::Scalar => Ok(Compiled { tape, unit: number.unit.base }),
+        Expected::Scalar => Ok(Compiled {
+            tape,
+            unit: number.unit.base,
+        }),
     }
 }
 
@@ -103,8 +127,10 @@ fn strict(
     variables: &[Variable],
     expected: Expected,
 ) -> Result<Compiled, Vec<Diagnostic>> {
-    let variables: Vec<(&str, Unit)> =
-        variables.iter().map(|v| (v.name.as_str(), of(v.unit))).collect();
+    let variables: Vec<(&str, Unit)> = variables
+        .iter()
+        .map(|v| (v.name.as_str(), of(v.unit)))
+        .collect();
     let wanted = match expected {
         Expected::Unit(unit) => Some(of(unit)),
         _ => None,
@@ -118,7 +144,16 @@ fn plain(text: &str, variables: &[Variable], expected: Expected) -> Option<Compi
     let coordinate = |v: &Variable| matches!(v.name.as_str(), "x" | "y" | "z" | "t");
     let bare: Vec<(&str, Unit)> = variables
         .iter()
-        .map(|v| (v.name.as_str(), if coordinate(v) { Unit::NUMBER } else { of(v.unit) }))
+        .map(|v| {
+            (
+                v.name.as_str(),
+                if coordinate(v) {
+                    Unit::NUMBER
+                } else {
+                    of(v.unit)
+                },
+            )
+        })
         .collect();
     let number = matches!(expected, Expected::Unit(_)).then_some(&Unit::NUMBER);
     let found = front::expression(text, &bare, number).ok()?;
@@ -138,7 +173,11 @@ fn plain(text: &str, variables: &[Variable], expected: Expected) -> Option<Compi
 
 fn compiled(found: &ir::Expression, expected: Expected) -> Result<Compiled, Vec<Diagnostic>> {
     let root = &found.exprs[found.root.index()];
-    let wanted = if expected == Expected::Condition { ir::Shape::Boolean } else { ir::Shape::Scalar };
+    let wanted = if expected == Expected::Condition {
+        ir::Shape::Boolean
+    } else {
+        ir::Shape::Scalar
+    };
     let words = |shape| match shape {
         ir::Shape::Boolean => "a condition",
         ir::Shape::Scalar => "a number",
@@ -153,15 +192,25 @@ fn compiled(found: &ir::Expression, expected: Expected) -> Result<Compiled, Vec<
     }
     let tape = carried(&direct::tape(&found.exprs, found.root))
         .map_err(|message| vec![Diagnostic::error("PD000", message)])?;
-    Ok(Compiled { tape, unit: root.unit.base })
+    Ok(Compiled {
+        tape,
+        unit: root.unit.base,
+    })
 }
 
 fn of(unit: Exponents) -> Unit {
-    Unit { base: unit, opaque: Vec::new() }
+    Unit {
+        base: unit,
+        opaque: Vec::new(),
+    }
 }
 
 fn complaints(text: &str, diagnostics: &[Diagnostic]) -> Vec<Complaint> {
-    diagnostics.iter().filter(|d| d.is_error()).map(|d| complaint(text, d)).collect()
+    diagnostics
+        .iter()
+        .filter(|d| d.is_error())
+        .map(|d| complaint(text, d))
+        .collect()
 }
 
 fn complaint(text: &str, diagnostic: &Diagnostic) -> Complaint {
@@ -169,15 +218,29 @@ fn complaint(text: &str, diagnostic: &Diagnostic) -> Complaint {
         Some((span, label)) => (range(*span, text), label.clone()),
         None => (0..text.len(), String::new()),
     };
-    Complaint { span, message: diagnostic.message.clone(), label, help: diagnostic.help.clone() }
+    Complaint {
+        span,
+        message: diagnostic.message.clone(),
+        label,
+        help: diagnostic.help.clone(),
+    }
 }
 
 fn range(span: Span, text: &str) -> Range<usize> {
-    if span.prelude { 0..text.len() } else { span.start as usize..span.end as usize }
+    if span.prelude {
+        0..text.len()
+    } else {
+        span.start as usize..span.end as usize
+    }
 }
 
 fn whole(text: &str, message: String) -> Complaint {
-    Complaint { span: 0..text.len(), message, label: String::new(), help: None }
+    Complaint {
+        span: 0..text.len(),
+        message,
+        label: String::new(),
+        help: None,
+    }
 }
 
 /// What the compiler writes, as the runtime reads it: the two meet as JSON only.
@@ -214,7 +277,11 @@ fn law_file(path: &Path) -> Result<ir::Law, LawError> {
 }
 
 fn interpreted(law: &ir::Law, dim: usize) -> Result<Law, LawError> {
-    let fail = |message: String| LawError { message, help: None, report: None };
+    let fail = |message: String| LawError {
+        message,
+        help: None,
+        report: None,
+    };
     let spec = assemble::spec(law, dim)
         .map_err(|_| fail(format!("`{}` is too large for exact arithmetic", law.name)))?;
     let spec: Spec = carried(&spec).map_err(fail)?;
@@ -247,4 +314,3 @@ fn broken(name: &str, path: &str, text: &str, diagnostics: &[Diagnostic]) -> Law
         report: Some(shown.join("\n\n")),
     }
 }
-
