@@ -310,8 +310,8 @@ impl Sphere {
                 continue;
             }
             let mass = target.density * target.volume[s];
-            for d in 0..state.u.len() {
-                let step = depth * ray[d] / r;
+            for (d, c) in ray.iter().enumerate().take(state.u.len()) {
+                let step = depth * c / r;
                 let (old, new) = (state.v[d][s], state.v[d][s] + step / target.dt);
                 state.u[d][s] += step;
                 state.v[d][s] = new;

@@ -1,11 +1,7 @@
 //! Laws written by hand for the tests of the simulation.
 
-#[path = "engine/tests/laws.rs"]
-#[allow(dead_code)]
-mod laws;
-
+use crate::engine::tests::laws::{self, Writer, accumulated, slot, sweep};
 use crate::spec::{FieldSpec, Op, SlotKind, Spec, Stage, Tape};
-use laws::{Writer, accumulated, slot, sweep};
 
 /// c and the critical stretch; f = sum c s Y/|Y| w, W = sum c/4 s^2 x w, and the tangent of f.
 pub fn pmb(dim: usize) -> Spec {

@@ -186,7 +186,10 @@ fn power(mut q: Field, weight: &[f64], apply: &mut impl FnMut(&Field, &mut Field
         masked(apply, weight, &q, &mut w);
         let growth = inner(weight, &w, &w).sqrt();
         // Growth per application approaches the largest magnitude slowly: demand ten times less change than accuracy.
-        if !(growth > 0.0) || (k > 20 && (growth - last).abs() < 0.1 * ACCURACY / 20.0 * growth) {
+        if growth.is_nan()
+            || growth <= 0.0
+            || (k > 20 && (growth - last).abs() < 0.1 * ACCURACY / 20.0 * growth)
+        {
             return Estimate {
                 value: growth * (1.0 + 2.0 * ACCURACY),
                 applications: k + 1,
@@ -225,7 +228,7 @@ fn top(alpha: &[f64], beta: &[f64]) -> (f64, f64) {
 fn all_below(alpha: &[f64], beta: &[f64], x: f64) -> bool {
     let mut pivot = alpha[0] - x;
     for k in 1..alpha.len() {
-        if !(pivot < 0.0) {
+        if pivot.is_nan() || pivot >= 0.0 {
             return false;
         }
         pivot = alpha[k] - x - beta[k - 1] * beta[k - 1] / pivot;

@@ -14,13 +14,6 @@ pub struct Canvas {
     pixels: Vec<Rgb>,
 }
 
-/// What stands at the given place of a text.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Align {
-    Left,
-    Center,
-}
-
 impl Canvas {
     pub fn new(width: i64, height: i64) -> Canvas {
         Canvas {
@@ -83,8 +76,8 @@ impl Canvas {
         }
     }
 
-    /// Text whose baseline is at `y`; returns its width.
-    pub fn text(&mut self, x: f64, y: f64, size: f64, align: Align, color: Rgb, text: &str) -> f64 {
+    /// Text that begins at `x`, with its baseline at `y`; returns its width.
+    pub fn text(&mut self, x: f64, y: f64, size: f64, color: Rgb, text: &str) -> f64 {
         let Some(font) = font() else { return 0.0 };
         let scaled = font.as_scaled(PxScale::from(size as f32));
         let mut pen = 0.0;
@@ -98,13 +91,9 @@ impl Canvas {
             last = Some(id);
         }
         let width = f64::from(pen);
-        let start = match align {
-            Align::Left => x,
-            Align::Center => x - 0.5 * width,
-        };
         for (id, offset) in glyphs {
             let glyph =
-                id.with_scale_and_position(scaled.scale(), point(start as f32 + offset, y as f32));
+                id.with_scale_and_position(scaled.scale(), point(x as f32 + offset, y as f32));
             if let Some(outline) = font.outline_glyph(glyph) {
                 let corner = outline.px_bounds().min;
                 outline.draw(|gx, gy, share| {
@@ -145,13 +134,13 @@ mod tests {
     #[test]
     fn text_leaves_ink_and_stays_inside() {
         let mut c = Canvas::new(120, 30);
-        let width = c.text(60.0, 20.0, 16.0, Align::Center, BLACK, "t = 1.5 µs");
-        assert!(width > 50.0 && width < 110.0, "{width}");
+        let width = c.text(20.0, 20.0, 16.0, BLACK, "t = 1.5 µs");
+        assert!(width > 50.0 && width < 98.0, "{width}");
         let ink = (0..120)
             .filter(|&x| (0..30).any(|y| c.pixel(x, y) != WHITE))
             .count();
         assert!(ink > 40 && c.pixel(1, 15) == WHITE);
-        c.text(-500.0, 900.0, 40.0, Align::Left, BLACK, "outside");
+        c.text(-500.0, 900.0, 40.0, BLACK, "outside");
         c.disc(-3.0, 1e4, 2.0, BLACK);
     }
 

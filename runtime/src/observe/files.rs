@@ -47,7 +47,10 @@ impl Files {
         &mut self,
         mut act: impl FnMut(&mut dyn Observer) -> Result<(), String>,
     ) -> Result<(), String> {
-        self.beside.as_deref_mut().map_or(Ok(()), |o| act(o))
+        match self.beside.as_deref_mut() {
+            Some(observer) => act(observer),
+            None => Ok(()),
+        }
     }
 }
 

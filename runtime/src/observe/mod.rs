@@ -154,7 +154,7 @@ pub fn check(sim: &Simulation) -> Result<(), InputError> {
     for schedule in schedules {
         let bad = match schedule {
             Schedule::Steps(n) => *n == 0,
-            Schedule::Period(p) => !(*p > 0.0),
+            Schedule::Period(p) => p.is_nan() || *p <= 0.0,
             Schedule::Times(times) => times.iter().any(|t| !t.is_finite()),
             _ => false,
         };

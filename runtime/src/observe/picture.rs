@@ -1,7 +1,7 @@
 //! Pictures of the body: nodes seen along an axis, coloured by a quantity, with scale, time and length.
 
 use super::color::Scale;
-use super::draw::{Align, BLACK, Canvas};
+use super::draw::{BLACK, Canvas};
 use super::{Picture, Values, View, quantity};
 use crate::conditions::nodes_in;
 use crate::error::InputError;
@@ -265,7 +265,6 @@ fn colour_bar(
             x1 as f64 + 0.5 * layout.text,
             y + 0.36 * layout.text,
             layout.text,
-            Align::Left,
             BLACK,
             &label,
         );
@@ -293,7 +292,6 @@ fn colour_bar(
         x0 as f64,
         layout.top - 0.6 * layout.text,
         layout.text,
-        Align::Left,
         BLACK,
         label.trim(),
     );
@@ -307,13 +305,13 @@ fn words(canvas: &mut Canvas, layout: &Layout, sim: &Simulation, picture: &Pictu
     } else {
         sim.title.as_str()
     };
-    canvas.text(left, 1.5 * size, 1.15 * size, Align::Left, BLACK, title);
+    canvas.text(left, 1.5 * size, 1.15 * size, BLACK, title);
     let what = format!(
         "{}, t = {}",
         picture.quantity,
         quantity_text(sim.state.time, "s")
     );
-    canvas.text(left, 2.85 * size, size, Align::Left, BLACK, &what);
+    canvas.text(left, 2.85 * size, size, BLACK, &what);
     let base = layout.top + layout.height + 1.6 * size;
     let length = nice_below(0.3 * layout.width / layout.scale);
     let end = left + length * layout.scale;
@@ -330,7 +328,6 @@ fn words(canvas: &mut Canvas, layout: &Layout, sim: &Simulation, picture: &Pictu
         end + 0.6 * size,
         base + 0.36 * size,
         size,
-        Align::Left,
         BLACK,
         &quantity_text(length, "m"),
     );
@@ -371,7 +368,6 @@ fn compass(canvas: &mut Canvas, layout: &Layout, view: View, base: f64) {
             end.0 + dx * size,
             end.1 + dy * size,
             size,
-            Align::Left,
             BLACK,
             &name(axis),
         );
