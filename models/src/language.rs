@@ -171,7 +171,7 @@ fn plain(text: &str, variables: &[Variable], expected: Expected) -> Option<Compi
     }
 }
 
-fn compiled(found: &ir::Expression, expected: Expected) -> Result<Compiled, Vec<Diagnostic>> {
+fn compiled(found: &front::Expression, expected: Expected) -> Result<Compiled, Vec<Diagnostic>> {
     let root = &found.exprs[found.root.index()];
     let wanted = if expected == Expected::Condition {
         ir::Shape::Boolean

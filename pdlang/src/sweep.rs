@@ -360,7 +360,6 @@ impl SweepWriter<'_> {
         match atom {
             Atom::Xi(a) => self.bond.op(Op::Xi(a)),
             Atom::Eta(a) => self.bond.op(Op::Eta(a)),
-            Atom::Eta(a) => self.bond.op(Op::Eta(a)),
             Atom::Y(a) => self.y(a),
             Atom::Slack => {
                 let iy = self.inverse_length();
