@@ -202,8 +202,13 @@ pub enum Flavour {
 }
 
 impl Flavour {
-    pub const ALL: [Flavour; 5] =
-        [Flavour::Bar, Flavour::Slab, Flavour::PlaneStress, Flavour::PlaneStrain, Flavour::Solid];
+    pub const ALL: [Flavour; 5] = [
+        Flavour::Bar,
+        Flavour::Slab,
+        Flavour::PlaneStress,
+        Flavour::PlaneStrain,
+        Flavour::Solid,
+    ];
 
     pub fn dim(self) -> usize {
         match self {

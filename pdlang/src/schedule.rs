@@ -232,7 +232,11 @@ impl Schedule {
         if let Some(q) = self.find(p, context) {
             return q.time;
         }
-        let mut time = self.node_time(algebra, p, context);
+        let content = match p.as_atom().map(|a| algebra.atom(a).clone()) {
+            Some(Atom::Named(_, inner)) => inner,
+            _ => p.clone(),
+        };
+        let mut time = self.node_time(algebra, &content, context);
         if context == Stage::Update && time.0 < Stage::Update {
             // A next value must not be written before the step is accepted.
             let context = Stage::Update;

@@ -14,7 +14,7 @@ mod redo;
 mod run;
 mod setup;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 pub use crate::lane::Isa;
 pub use crate::law::Law;

@@ -1,10 +1,12 @@
 //! Bodies, families, traversals, time: everything but the law.
 pub mod body;
 pub mod carve;
+pub mod checkpoint;
 pub mod conditions;
 pub mod contact;
 pub mod engine;
 pub mod error;
+pub mod integrate;
 pub mod kernel;
 mod lane;
 pub mod language;
@@ -12,6 +14,7 @@ pub mod law;
 mod layout;
 pub mod observe;
 pub mod points;
+pub mod run;
 pub mod scene;
 pub mod shape;
 pub mod simulate;

@@ -2,6 +2,7 @@
 
 use crate::body::{Body, Flavour};
 use crate::error::InputError;
+use std::collections::HashMap;
 use std::io::Read;
 use std::path::Path;
 
@@ -19,8 +20,8 @@ pub struct Points {
     pub periodic: [Option<f64>; 3],
 }
 
-/// Reads a body from a CSV file with a header; columns may stand in any order, `y` and `z` may be absent
-/// beyond the dimension.
+/// Reads a body from a CSV file with a header; columns may stand in any order, columns beyond the dimension
+/// may be absent, further columns are ignored.
 pub fn read(path: &Path, points: &Points) -> Result<Body, InputError> {
     let file = std::fs::File::open(path).map_err(|e| {
         InputError::new(
@@ -28,11 +29,211 @@ pub fn read(path: &Path, points: &Points) -> Result<Body, InputError> {
             "check the path of the point file",
         )
     })?;
-    parse(file, &path.display().to_string(), points)
+    parse(
+        std::io::BufReader::new(file),
+        &path.display().to_string(),
+        points,
+    )
 }
 
 /// As [`read`], from any source; `name` stands in messages.
 pub fn parse(source: impl Read, name: &str, points: &Points) -> Result<Body, InputError> {
-    let _ = (source, points);
-    Err(InputError::new(format!("{name}: cannot be read"), ""))
+    check(points)?;
+    let mut reader = csv::ReaderBuilder::new()
+        .trim(csv::Trim::All)
+        .comment(Some(b'#'))
+        .from_reader(source);
+    let columns = columns(&mut reader, name, points.flavour.dim())?;
+    let mut body = empty(points);
+    let mut seen = HashMap::new();
+    for record in reader.records() {
+        let record = record.map_err(|e| malformed(name, &e))?;
+        let line = record.position().map_or(0, csv::Position::line);
+        let (x, volume) = point(&record, &columns, name, line, points)?;
+        if let Some(first) = seen.insert(x.map(f64::to_bits), line) {
+            return Err(InputError::new(
+                format!("{name}:{line}: this point lies where the point of line {first} lies"),
+                "remove one of them: the bond between them has no length",
+            ));
+        }
+        body.x.push(x);
+        body.volume.push(volume);
+    }
+    finish(body, name, points)
+}
+
+const COLUMNS: [&str; 4] = ["x", "y", "z", "volume"];
+
+fn check(points: &Points) -> Result<(), InputError> {
+    let positive = |v: f64| v > 0.0 && v.is_finite();
+    if positive(points.length)
+        && points.spacing.is_none_or(positive)
+        && (points.flavour.dim() == 3 || positive(points.cross))
+    {
+        return Ok(());
+    }
+    Err(InputError::new(
+        "the unit of length, the spacing or the thickness of a point file is not positive",
+        "give positive, finite numbers",
+    ))
+}
+
+fn empty(points: &Points) -> Body {
+    Body {
+        flavour: points.flavour,
+        x: Vec::new(),
+        volume: Vec::new(),
+        cross: if points.flavour.dim() == 3 {
+            1.0
+        } else {
+            points.cross
+        },
+        grid: None,
+        spacing: 0.0,
+        periodic: points.periodic,
+    }
+}
+
+/// Position of each of [`COLUMNS`] in the file.
+fn columns<R: Read>(
+    reader: &mut csv::Reader<R>,
+    name: &str,
+    dim: usize,
+) -> Result<[Option<usize>; 4], InputError> {
+    let header = reader.headers().map_err(|e| malformed(name, &e))?;
+    let found = COLUMNS.map(|c| header.iter().position(|h| h.eq_ignore_ascii_case(c)));
+    for (k, column) in COLUMNS.iter().enumerate() {
+        if found[k].is_none() && (k < dim || k == 3) {
+            let have: Vec<&str> = header.iter().collect();
+            return Err(InputError::new(
+                format!(
+                    "{name}:1: there is no column `{column}` among `{}`",
+                    have.join("`, `")
+                ),
+                "the first line names the columns: x,y,z,volume",
+            ));
+        }
+    }
+    Ok(found)
+}
+
+fn point(
+    record: &csv::StringRecord,
+    columns: &[Option<usize>; 4],
+    name: &str,
+    line: u64,
+    points: &Points,
+) -> Result<([f64; 3], f64), InputError> {
+    let mut x = [0.0; 3];
+    for d in 0..points.flavour.dim() {
+        x[d] = number(record, columns[d], COLUMNS[d], name, line)? * points.length;
+    }
+    let volume = number(record, columns[3], "volume", name, line)?;
+    if volume > 0.0 {
+        return Ok((x, volume * points.length.powi(3)));
+    }
+    Err(InputError::new(
+        format!("{name}:{line}: the volume is {volume}"),
+        "a node has a positive volume",
+    ))
+}
+
+fn number(
+    record: &csv::StringRecord,
+    column: Option<usize>,
+    what: &str,
+    name: &str,
+    line: u64,
+) -> Result<f64, InputError> {
+    let column = column.unwrap_or(usize::MAX);
+    let text = record.get(column).unwrap_or("");
+    match text.parse::<f64>() {
+        Ok(v) if v.is_finite() => Ok(v),
+        _ => Err(InputError::new(
+            format!(
+                "{name}:{line}: column {} ({what}) holds `{text}`, which is not a finite number",
+                column + 1
+            ),
+            "write numbers such as 1.5e-3, without units",
+        )),
+    }
+}
+
+fn finish(mut body: Body, name: &str, points: &Points) -> Result<Body, InputError> {
+    if body.x.is_empty() {
+        return Err(InputError::new(
+            format!("{name}: there are no points"),
+            "give one point per line below the header",
+        ));
+    }
+    let mean = body.volume.iter().sum::<f64>() / body.volume.len() as f64;
+    body.spacing = points
+        .spacing
+        .unwrap_or_else(|| (mean / body.cross).powf(1.0 / points.flavour.dim() as f64));
+    Ok(body)
+}
+
+fn malformed(name: &str, error: &csv::Error) -> InputError {
+    InputError::new(
+        format!("{name}: {error}"),
+        "the file is CSV text with the same number of columns in every line",
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SOLID: Points = Points {
+        flavour: Flavour::Solid,
+        cross: 1.0,
+        spacing: None,
+        length: 1e-3,
+        periodic: [None; 3],
+    };
+
+    fn message(text: &str) -> String {
+        parse(text.as_bytes(), "p.csv", &SOLID)
+            .unwrap_err()
+            .to_string()
+    }
+
+    #[test]
+    fn columns_stand_in_any_order() {
+        let text = "volume, z, y, x, tag\n8, 3, 2, 1, a\n8, 6, 5, 4, b\n";
+        let body = parse(text.as_bytes(), "p.csv", &SOLID).unwrap();
+        assert_eq!(body.x, [[1e-3, 2e-3, 3e-3], [4e-3, 5e-3, 6e-3]]);
+        assert!((body.spacing - 2e-3).abs() < 1e-15 && (body.volume[1] - 8e-9).abs() < 1e-20);
+    }
+
+    #[test]
+    fn faults_name_line_and_column() {
+        assert!(message("x,y,volume\n1,2,3\n").starts_with("p.csv:1: there is no column `z`"));
+        assert!(
+            message("x,y,z,volume\n1,2,3,1\n1,two,3,1\n")
+                .contains("p.csv:3: column 2 (y) holds `two`")
+        );
+        assert!(message("x,y,z,volume\n1,2,NaN,1\n").contains("column 3 (z) holds `NaN`"));
+        assert!(message("x,y,z,volume\n1,2,3,-1\n").contains("p.csv:2: the volume is -1"));
+        assert!(
+            message("x,y,z,volume\n1,2,3,1\n4,5,6,1\n1,2,3,1\n")
+                .contains("p.csv:4: this point lies where the point of line 2")
+        );
+        assert!(message("x,y,z,volume\n").contains("no points"));
+        assert!(message("x,y,z,volume\n1,2\n").contains("line: 2"));
+        assert!(message("").contains("no column `x`"));
+        assert!(message("x,y,z,volume\n\u{0}\n").starts_with("p.csv"));
+    }
+
+    #[test]
+    fn one_dimension_needs_x_only() {
+        let bar = Points {
+            flavour: Flavour::Bar,
+            cross: 0.5,
+            ..SOLID
+        };
+        let body = parse("x,volume\n1,1e9\n2,1e9\n".as_bytes(), "bar.csv", &bar).unwrap();
+        assert_eq!(body.x[1], [2e-3, 0.0, 0.0]);
+        assert_eq!(body.spacing, 2.0);
+    }
 }

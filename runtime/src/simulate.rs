@@ -1,14 +1,18 @@
-//! A simulation: a body, a law, what acts on it, and the loop over time.
+//! A simulation: a body, a law, and what acts on it. The loop over time is in [`crate::run`].
 
 use crate::body::Body;
-use crate::conditions::Condition;
-use crate::contact::Indenter;
-use crate::engine::{Engine, Law, Settings, State};
+use crate::checkpoint::{self, Clock, Fingerprint, Identity, Snapshot};
+use crate::conditions::{Condition, Conditions, nodes_in, set_initial};
+use crate::contact::{Contact, Indenter};
+use crate::engine::{Breaking, Engine, Law, Settings, State};
 use crate::error::InputError;
-use crate::observe::{Observer, Outputs, Row, Summary};
-use crate::shape::{Shape, Surface};
-use crate::spectrum::StableStep;
-use std::path::PathBuf;
+use crate::observe::{Outputs, Row, Timings};
+use crate::run::Watch;
+use crate::shape::{Shape, Surface, tolerance};
+use crate::spec::Spec;
+use crate::spectrum::{StableStep, stable_step};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 /// Everything a run needs. A scene file becomes one of these.
 pub struct Setup {
@@ -32,7 +36,10 @@ pub struct Setup {
 /// How the time step is chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum StepRule {
-    /// `safety * 2 / omega_max` of the actual body.
+    /// `safety * 2 / omega_max` of the actual body, cracks cut and initial values set.
+    ///
+    /// Broken bonds of a law whose forces are not pairwise may stiffen what is left, so for such a law the step is
+    /// found again whenever another [`REMEASURE`] of all bonds has broken; it may shrink, never grow.
     Stable { safety: f64 },
     /// As given [s].
     Fixed(f64),
@@ -43,6 +50,9 @@ impl Default for StepRule {
         StepRule::Stable { safety: 0.8 }
     }
 }
+
+/// Share of bonds that break before the stable step is found anew.
+pub const REMEASURE: f64 = 0.02;
 
 /// When a run is over.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,21 +67,38 @@ pub enum End {
 pub struct Simulation {
     pub title: String,
     pub body: Body,
+    pub spec: Spec,
     pub engine: Engine,
     pub state: State,
     pub density: f64,
+    /// [m]
+    pub horizon: f64,
     pub indenters: Vec<Indenter>,
-    /// [s]
+    /// [s]; 0 when the forces are evaluated only once.
     pub dt: f64,
     /// How `dt` was found; `None` when the user gave it.
     pub stable: Option<StableStep>,
+    pub rule: StepRule,
+    pub end: End,
     /// Number of the last step.
     pub steps: u64,
     pub outputs: Outputs,
     /// The last row of the history.
     pub row: Row,
-    /// Identifies body, law and conditions; a checkpoint of another fingerprint is refused.
-    pub fingerprint: u64,
+    pub timings: Timings,
+    /// Tells body, law and conditions from others; a checkpoint of other ones is refused.
+    pub identity: Identity,
+    pub(crate) conditions: Conditions,
+    pub(crate) contact: Contact,
+    pub(crate) clock: Clock,
+    /// Directed bonds broken since the start.
+    pub(crate) broken: u64,
+    pub(crate) broken_at_measure: u64,
+    /// [J]
+    pub(crate) initial_energy: f64,
+    pub(crate) watch: Watch,
+    pub(crate) evaluations: u64,
+    pub(crate) last_checkpoint: Option<PathBuf>,
 }
 
 /// A run that could not go on.
@@ -101,8 +128,8 @@ impl std::fmt::Display for Stopped {
             )?;
         }
         match &self.checkpoint {
-            Some(path) => write!(f, "; checkpoint: {}", path.display()),
-            None => write!(f, "; no checkpoint was written"),
+            Some(path) => write!(f, "; last checkpoint: {}", path.display()),
+            None => write!(f, "; there is no checkpoint"),
         }
     }
 }
@@ -111,26 +138,289 @@ impl std::error::Error for Stopped {}
 
 impl Simulation {
     /// Builds the engine, cuts the cracks, sets the initial values and finds the time step.
+    ///
+    /// Errors: any input that cannot be computed, with a remedy.
     pub fn new(setup: Setup) -> Result<Simulation, InputError> {
-        let _ = setup;
-        Err(InputError::new("simulation", ""))
+        let began = Instant::now();
+        check(&setup)?;
+        let spec = setup.law.spec.clone();
+        let scene = fingerprint(&setup, &spec)?;
+        let (no_fail, horizon) = (no_fail(&setup)?, setup.settings.horizon);
+        let mut engine = Engine::new(&setup.body, setup.law, setup.settings)
+            .map_err(|e| InputError::new(e.to_string(), ""))?;
+        if !setup.no_fail.is_empty() {
+            engine.no_fail(&no_fail);
+        }
+        let mut state = engine.state();
+        cut(&engine, &mut state, &setup.cracks, &setup.body);
+        set_initial(&setup.initial, &setup.body, &engine, &mut state)?;
+        let conditions = Conditions::new(&setup.conditions, &setup.body, &engine)?;
+        conditions.start(&setup.body, &mut state);
+        let contact = contact(
+            &setup.indenters,
+            &conditions,
+            setup.body.flavour.dim(),
+            engine.len(),
+        );
+        let identity = Identity {
+            scene,
+            layout: layout(&engine),
+        };
+        let mut simulation = Simulation {
+            title: setup.title,
+            body: setup.body,
+            spec,
+            engine,
+            state,
+            density: setup.density,
+            horizon,
+            indenters: setup.indenters,
+            dt: 0.0,
+            stable: None,
+            rule: setup.step,
+            end: setup.end,
+            steps: 0,
+            outputs: setup.outputs,
+            row: Row::default(),
+            timings: Timings::default(),
+            identity,
+            conditions,
+            contact,
+            clock: Clock::default(),
+            broken: 0,
+            broken_at_measure: 0,
+            initial_energy: 0.0,
+            watch: Watch::default(),
+            evaluations: 0,
+            last_checkpoint: None,
+        };
+        crate::observe::check(&simulation)?;
+        simulation.timings.setup = began.elapsed().as_secs_f64();
+        simulation.choose_step()?;
+        Ok(simulation)
     }
 
-    /// Goes on from a checkpoint of the same scene; see [`crate::checkpoint`].
-    pub fn resume(&mut self, path: &std::path::Path) -> Result<(), InputError> {
-        let _ = path;
-        Err(InputError::new("simulation", ""))
+    /// Goes on from a checkpoint of the same scene. The step stays that of the checkpoint, unless the scene gives one.
+    pub fn resume(&mut self, path: &Path) -> Result<(), InputError> {
+        let saved = checkpoint::read(path, self.identity)?;
+        if !self.engine.fits(&saved.state) {
+            return Err(InputError::new(
+                "the checkpoint holds a state of another shape",
+                "use the scene that wrote it",
+            ));
+        }
+        self.clock = saved.clock;
+        self.state = saved.state;
+        self.broken = saved.broken;
+        self.broken_at_measure = saved.broken_at_measure;
+        self.initial_energy = saved.initial_energy;
+        self.conditions.work = saved.work;
+        self.contact.restore(&saved.reactions);
+        self.last_checkpoint = Some(path.to_path_buf());
+        match self.rule {
+            StepRule::Fixed(dt) if dt != saved.clock.dt => self.set_step(dt),
+            StepRule::Fixed(_) => self.dt = saved.clock.dt,
+            StepRule::Stable { .. } => (self.dt, self.stable) = (saved.clock.dt, saved.stable),
+        }
+        self.steps = self.last_step();
+        Ok(())
     }
 
-    /// Runs to the end.
-    pub fn run(&mut self, observer: &mut dyn Observer) -> Result<Summary, Stopped> {
-        let _ = observer;
-        Err(Stopped {
-            step: 0,
-            time: 0.0,
-            node: None,
-            reason: String::new(),
-            checkpoint: None,
-        })
+    /// What this simulation does not need and therefore does not compute.
+    pub fn left_out(&self) -> Vec<String> {
+        crate::observe::left_out(self)
     }
+
+    /// What a checkpoint holds; meaningful in the middle of a step only, which is when observers are asked for one.
+    pub fn snapshot(&self) -> Snapshot {
+        Snapshot {
+            state: self.state.clone(),
+            clock: self.clock,
+            stable: self.stable.clone(),
+            broken: self.broken,
+            broken_at_measure: self.broken_at_measure,
+            initial_energy: self.initial_energy,
+            work: self.conditions.work,
+            reactions: self.contact.reactions(),
+        }
+    }
+
+    fn choose_step(&mut self) -> Result<(), InputError> {
+        if self.end == End::Steps(0) || self.end == End::Time(0.0) {
+            return Ok(());
+        }
+        let dt = match self.rule {
+            StepRule::Fixed(dt) => dt,
+            StepRule::Stable { safety } => {
+                self.engine.forces(&mut self.state, Breaking::Held);
+                let stable = self.measure(safety);
+                let dt = stable.dt;
+                self.stable = Some(stable);
+                dt
+            }
+        };
+        if !dt.is_finite() {
+            return Err(InputError::new(
+                "the body has no stiffness, so that no step follows from it",
+                "give the time step, or a horizon that reaches the neighbours",
+            ));
+        }
+        let dt = match (self.end, self.rule) {
+            (End::Time(end), StepRule::Stable { .. }) => end / (end / dt - 1e-9).ceil(),
+            _ => dt,
+        };
+        self.set_step(dt);
+        self.steps = self.last_step();
+        Ok(())
+    }
+
+    /// The stable step of the present state, where forces have just been evaluated.
+    pub(crate) fn measure(&mut self, safety: f64) -> StableStep {
+        let began = Instant::now();
+        // Inside a sphere a node deeper than the horizon has left its family: contact has failed before.
+        let bound = |i: &Indenter| i.stiffness_bound(self.horizon, self.density);
+        let contact = self.indenters.iter().map(bound).sum();
+        let stable = stable_step(
+            &mut self.engine,
+            &self.spec,
+            &self.state,
+            self.density,
+            contact,
+            safety,
+        );
+        self.timings.stable_step += began.elapsed().as_secs_f64();
+        stable
+    }
+
+    /// From the present step on, time advances by `dt`.
+    pub(crate) fn set_step(&mut self, dt: f64) {
+        self.clock = Clock {
+            base_step: self.state.step,
+            base_time: self.state.time,
+            dt,
+        };
+        self.dt = dt;
+    }
+
+    pub(crate) fn last_step(&self) -> u64 {
+        match self.end {
+            End::Steps(n) => n,
+            End::Time(_) if self.dt <= 0.0 => 0,
+            End::Time(end) => {
+                let rest = (end - self.clock.base_time) / self.dt;
+                self.clock.base_step + (rest - 1e-6).ceil().max(0.0) as u64
+            }
+        }
+    }
+}
+
+fn check(setup: &Setup) -> Result<(), InputError> {
+    let positive = |v: f64| v > 0.0 && v.is_finite();
+    if !positive(setup.density) {
+        return Err(InputError::new(
+            format!("the density is {} kg/m^3", setup.density),
+            "give a positive density",
+        ));
+    }
+    match setup.step {
+        StepRule::Fixed(dt) if !positive(dt) => {
+            return Err(InputError::new(
+                format!("the time step is {dt} s"),
+                "give a positive time step",
+            ));
+        }
+        StepRule::Stable { safety } if !(positive(safety) && safety <= 1.0) => {
+            return Err(InputError::new(
+                format!("the safety factor of the step is {safety}"),
+                "give a number above 0 and up to 1",
+            ));
+        }
+        _ => {}
+    }
+    if let End::Time(end) = setup.end
+        && !(end >= 0.0 && end.is_finite())
+    {
+        return Err(InputError::new(
+            format!("the run ends at {end} s"),
+            "give an end that is not negative",
+        ));
+    }
+    setup.cracks.iter().try_for_each(Surface::check)?;
+    setup.indenters.iter().try_for_each(Indenter::check)
+}
+
+fn no_fail(setup: &Setup) -> Result<Vec<bool>, InputError> {
+    let mut flags = vec![false; setup.body.x.len()];
+    for region in &setup.no_fail {
+        region.check()?;
+        let nodes = nodes_in(&setup.body, region);
+        if nodes.is_empty() {
+            return Err(InputError::new(
+                "a no-fail region holds no node",
+                "move or enlarge the region",
+            ));
+        }
+        nodes.iter().for_each(|&n| flags[n as usize] = true);
+    }
+    Ok(flags)
+}
+
+fn cut(engine: &Engine, state: &mut State, cracks: &[Surface], body: &Body) {
+    let margin = tolerance(body.spacing);
+    if !cracks.is_empty() {
+        engine.cut(state, &|a, b| {
+            cracks.iter().any(|c| c.crosses(a, b, margin))
+        });
+    }
+}
+
+fn contact(indenters: &[Indenter], conditions: &Conditions, dim: usize, len: usize) -> Contact {
+    let mut driven = Vec::new();
+    if !indenters.is_empty() {
+        driven = vec![false; len];
+        conditions.driven(|s| driven[s] = true);
+    }
+    Contact::new(indenters, dim, len, driven)
+}
+
+/// Everything that decides how the state goes on, except the step.
+fn fingerprint(setup: &Setup, spec: &Spec) -> Result<u64, InputError> {
+    let mut f = Fingerprint::default();
+    let law = serde_json::to_vec(spec)
+        .map_err(|e| InputError::new(format!("the law cannot be written: {e}"), ""))?;
+    f.bytes(&law);
+    let s = &setup.settings;
+    f.debug(&(
+        &s.params,
+        &s.influences,
+        s.horizon,
+        s.partial_volume,
+        s.lattice_constants,
+    ));
+    f.debug(&(setup.body.flavour, setup.body.periodic, setup.density));
+    setup
+        .body
+        .x
+        .iter()
+        .flatten()
+        .chain(&setup.body.volume)
+        .for_each(|x| f.number(*x));
+    f.debug(&(
+        &setup.initial,
+        &setup.conditions,
+        &setup.cracks,
+        &setup.no_fail,
+        &setup.indenters,
+    ));
+    Ok(f.0)
+}
+
+fn layout(engine: &Engine) -> u64 {
+    let mut f = Fingerprint::default();
+    f.debug(&engine.len());
+    engine
+        .slots()
+        .iter()
+        .for_each(|s| f.bytes(&s.to_le_bytes()));
+    f.0
 }

@@ -1,6 +1,7 @@
 //! Tests that cross crates, and what they share: reference data of other codes, plain reference
 //! implementations, random bodies, and the bridge from the runtime's bodies to the oracle's.
 
+pub mod agreement;
 pub mod block;
 pub mod bodies;
 pub mod bridge;

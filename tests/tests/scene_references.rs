@@ -14,7 +14,9 @@ fn finished(scene: &str) -> Simulation {
     let path = format!("scenes/{scene}.toml");
     let scene = Scene::read(Path::new(&path), &Pdlang).unwrap_or_else(|e| panic!("{e}"));
     let mut simulation = scene.simulation().unwrap_or_else(|e| panic!("{e}"));
-    simulation.run(&mut ()).unwrap_or_else(|e| panic!("{path}: {e}"));
+    simulation
+        .run(&mut ())
+        .unwrap_or_else(|e| panic!("{path}: {e}"));
     simulation
 }
 
@@ -22,7 +24,9 @@ fn finished(scene: &str) -> Simulation {
 fn per_node(simulation: &Simulation, arrays: &[Vec<f64>]) -> Vec<[f64; 3]> {
     let slot = |node| simulation.engine.slot(node);
     let nodes = simulation.body.x.len();
-    (0..nodes).map(|n| std::array::from_fn(|d| arrays[d][slot(n)])).collect()
+    (0..nodes)
+        .map(|n| std::array::from_fn(|d| arrays[d][slot(n)]))
+        .collect()
 }
 
 fn forces(scene: &str) -> Vec<[f64; 3]> {
@@ -42,14 +46,20 @@ fn displacements(scene: &str) -> Vec<[f64; 3]> {
 /// the amplitude after 100 steps.
 fn reproduces(scene: &str, data: &str, displacement: impl Fn(&Table) -> Vec<[f64; 3]>) {
     let start = Table::read(&format!("{data}.0")).expect("reference data");
-    let error = relative_error(&forces(&format!("{scene}_0")), &start.vectors(["fx", "fy", "fz"]));
+    let error = relative_error(
+        &forces(&format!("{scene}_0")),
+        &start.vectors(["fx", "fy", "fz"]),
+    );
     println!("{scene}, force: {error:.2e}");
     assert!(error <= 1e-12, "{scene}: the forces differ by {error:e}");
     let end = Table::read(&format!("{data}.100")).expect("reference data");
     let u = displacements(&format!("{scene}_100"));
     let error = largest_difference(&u, &displacement(&end)) / AMPLITUDE;
     println!("{scene}, displacement: {error:.2e}");
-    assert!(error <= 1e-11, "{scene}: the displacements differ by {error:e} of the amplitude");
+    assert!(
+        error <= 1e-11,
+        "{scene}: the displacements differ by {error:e} of the amplitude"
+    );
 }
 
 #[test]
@@ -91,7 +101,12 @@ fn the_pulse_after_2000_steps() {
             let u = simulation.state.u[0][simulation.engine.slot(node)];
             let error = (u - probe.u[column]).abs();
             // The tolerance that the reference states for its Verlet columns.
-            assert!(error < 1e-9, "p = {p}, x = {}: {u} instead of {}", probe.x, probe.u[column]);
+            assert!(
+                error < 1e-9,
+                "p = {p}, x = {}: {u} instead of {}",
+                probe.x,
+                probe.u[column]
+            );
         }
     }
 }

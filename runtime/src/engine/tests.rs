@@ -1,5 +1,5 @@
 //! Hand-written laws on small bodies, against double loops.
-mod laws;
+pub(crate) mod laws;
 mod pmb;
 
 use super::*;

@@ -1,13 +1,23 @@
 //! What a run leaves behind: histories, fields, pictures, checkpoints, a summary.
 
+use crate::error::InputError;
 use crate::shape::Shape;
 use crate::simulate::{Simulation, Stopped};
 use std::path::PathBuf;
 
+mod color;
+mod draw;
+mod files;
+mod history;
+mod picture;
+mod quantity;
 mod row;
 mod summary;
+mod vtu;
+pub use files::Files;
+pub use quantity::{Values, quantity};
 pub use row::Row;
-pub use summary::{Summary, Timings};
+pub use summary::{Summary, Timings, left_out};
 
 /// When something is written. Whatever is not `Never` is also written at the start and at the end.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -21,6 +31,23 @@ pub enum Schedule {
     Period(f64),
     /// At these times [s] (the first step at or after each).
     Times(Vec<f64>),
+}
+
+impl Schedule {
+    /// Whether something is due at a step that ends at `time` and began `dt` before.
+    pub fn due(&self, step: u64, time: f64, dt: f64, end: bool) -> bool {
+        let slack = 1e-6 * dt;
+        match self {
+            Schedule::Never => false,
+            _ if step == 0 || end => true,
+            Schedule::Ends => false,
+            Schedule::Steps(n) => *n > 0 && step.is_multiple_of(*n),
+            Schedule::Period(p) => ((time + slack) / p).floor() > ((time - dt + slack) / p).floor(),
+            Schedule::Times(times) => times
+                .iter()
+                .any(|t| *t <= time + slack && *t > time - dt + slack),
+        }
+    }
 }
 
 /// What a run writes and when.
@@ -99,8 +126,64 @@ pub trait Observer {
         Ok(())
     }
     /// When the run was stopped.
-    fn stopped(&mut self, _sim: &Simulation, _why: &Stopped) {}
+    fn stopped(&mut self, _sim: &Simulation, _why: &Stopped, _summary: &Summary) {}
 }
 
 /// Watches nothing.
 impl Observer for () {}
+
+/// Refuses outputs that this simulation cannot give.
+pub fn check(sim: &Simulation) -> Result<(), InputError> {
+    for name in sim
+        .outputs
+        .quantities
+        .iter()
+        .chain(sim.outputs.views.iter().map(|v| &v.quantity))
+    {
+        quantity::check(sim, name)?;
+    }
+    for view in &sim.outputs.views {
+        picture::check(sim, view)?;
+    }
+    let schedules = [
+        &sim.outputs.history,
+        &sim.outputs.fields,
+        &sim.outputs.pictures,
+        &sim.outputs.checkpoints,
+    ];
+    for schedule in schedules {
+        let bad = match schedule {
+            Schedule::Steps(n) => *n == 0,
+            Schedule::Period(p) => p.is_nan() || *p <= 0.0,
+            Schedule::Times(times) => times.iter().any(|t| !t.is_finite()),
+            _ => false,
+        };
+        if bad {
+            return Err(InputError::new(
+                "an output is due every 0 steps or seconds",
+                "give a positive interval",
+            ));
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Schedule;
+
+    #[test]
+    fn periods_and_times_are_met_once() {
+        let dt = 0.3;
+        let due = |s: &Schedule| {
+            (1..20)
+                .filter(|&n| s.due(n, n as f64 * dt, dt, false))
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(due(&Schedule::Period(0.9)), [3, 6, 9, 12, 15, 18]);
+        assert_eq!(due(&Schedule::Times(vec![0.0, 0.3, 1.0])), [1, 4]);
+        assert_eq!(due(&Schedule::Steps(7)), [7, 14]);
+        assert!(due(&Schedule::Ends).is_empty() && Schedule::Ends.due(0, 0.0, dt, false));
+        assert!(!Schedule::Never.due(0, 0.0, dt, true));
+    }
+}

@@ -2,6 +2,7 @@
 
 use super::Row;
 use crate::contact::Reaction;
+use crate::simulate::{Simulation, Stopped};
 use crate::spectrum::StableStep;
 use serde::{Deserialize, Serialize};
 
@@ -25,8 +26,8 @@ pub struct Summary {
     pub threads: usize,
     pub bond_bytes: u64,
     pub node_bytes: u64,
-    /// Constants of the law as used: name and value.
-    pub constants: Vec<(String, f64)>,
+    /// Constants of the law as used, in its own order (SI).
+    pub constants: Vec<f64>,
     pub steps: u64,
     /// [s]
     pub time: f64,
@@ -55,4 +56,80 @@ pub struct Timings {
     pub energy: f64,
     pub output: f64,
     pub total: f64,
+}
+
+impl Summary {
+    /// Of a simulation where it stands.
+    pub fn of(sim: &Simulation, stopped: Option<&Stopped>) -> Summary {
+        let report = sim.engine.report();
+        let work = report.bonds as f64 * sim.evaluations as f64;
+        Summary {
+            title: sim.title.clone(),
+            law: sim.spec.law.clone(),
+            flavour: sim.body.flavour.name().to_string(),
+            nodes: report.nodes,
+            bonds: report.bonds as u64 / 2,
+            spacing: sim.body.spacing,
+            horizon: sim.horizon,
+            traversal: report.traversal.to_string(),
+            instruction_set: format!("{:?}", report.isa).to_lowercase(),
+            compiled: report.sweeps.iter().all(|(_, compiled)| *compiled),
+            threads: rayon::current_num_threads(),
+            bond_bytes: report.bond_bytes as u64,
+            node_bytes: report.node_bytes as u64,
+            constants: report.constants,
+            steps: sim.state.step,
+            time: sim.state.time,
+            dt: sim.dt,
+            stable: sim.stable.clone(),
+            timings: sim.timings,
+            ns_per_bond: if work > 0.0 {
+                1e9 * sim.timings.forces / work
+            } else {
+                0.0
+            },
+            last: sim.row.clone(),
+            contact: sim.contact.reactions(),
+            left_out: left_out(sim),
+            stopped: stopped.map(Stopped::to_string),
+        }
+    }
+}
+
+/// What a simulation does not need and therefore does not compute.
+pub fn left_out(sim: &Simulation) -> Vec<String> {
+    let spec = &sim.spec;
+    let facts = [
+        (!spec.breaks, "breaking: the law cannot break"),
+        (
+            sim.conditions.is_free(),
+            "imposed motion and body forces: no node has any",
+        ),
+        (sim.indenters.is_empty(), "contact: there are no spheres"),
+        (spec.rates.is_empty(), "field rates: the law has no field"),
+        (
+            spec.histories.is_empty(),
+            "history: the law remembers nothing",
+        ),
+        (spec.force.is_empty(), "motion: the law has no force"),
+        (sim.outputs.fields == super::Schedule::Never, "field files"),
+        (sim.outputs.pictures == super::Schedule::Never, "pictures"),
+        (
+            sim.outputs.checkpoints == super::Schedule::Never,
+            "checkpoints",
+        ),
+        (
+            spec.energy.is_some(),
+            "energy between the rows of the history",
+        ),
+        (
+            matches!(sim.rule, crate::simulate::StepRule::Fixed(_)),
+            "stable step: the scene gives one",
+        ),
+    ];
+    facts
+        .into_iter()
+        .filter(|(out, _)| *out)
+        .map(|(_, what)| what.to_string())
+        .collect()
 }

@@ -1,0 +1,88 @@
+//! The whole journey on one screen.
+//!
+//! ```text
+//! text --front: parse, resolve, check--> ir::Law            no names left, shapes, homes and units right
+//!      --lower--> poly::Poly                                scalars of one dimension, equal things equal
+//!      --derive--> force state, tangent                     from the energy, through the sums
+//!      --schedule--> drafts                                 which sum when, which node quantity where
+//!      --sweep, constants--> spec::Spec                     straight-line tapes; what the runtime reads
+//!      --rust--> TokenStream                                the same tapes as Rust
+//! ```
+
+use proc_macro2::TokenStream;
+
+use crate::assemble;
+use crate::diag::Diagnostic;
+use crate::front;
+use crate::ir::{InfluenceFn, Law};
+use crate::rust;
+use crate::spec::Spec;
+
+/// A law with its kernels as data, for bodies of one, two and three dimensions.
+#[derive(Clone, Debug)]
+pub struct Compiled {
+    pub law: Law,
+    pub specs: [Spec; 3],
+}
+
+/// What a file holds, compiled, and its warnings.
+#[derive(Clone, Debug, Default)]
+pub struct Output {
+    pub laws: Vec<Compiled>,
+    pub influences: Vec<InfluenceFn>,
+    pub warnings: Vec<Diagnostic>,
+}
+
+/// Compiles every law of a text.
+///
+/// # Errors
+/// All errors (and warnings) of the text, if there is an error.
+pub fn compile(text: &str) -> Result<Output, Vec<Diagnostic>> {
+    let checked = front::file(text);
+    if checked.diagnostics.iter().any(Diagnostic::is_error) {
+        return Err(checked.diagnostics);
+    }
+    let laws = checked
+        .laws
+        .into_iter()
+        .map(law)
+        .collect::<Result<_, _>>()
+        .map_err(|d| vec![d])?;
+    Ok(Output {
+        laws,
+        influences: checked.influences,
+        warnings: checked.diagnostics,
+    })
+}
+
+fn law(law: Law) -> Result<Compiled, Diagnostic> {
+    let at = |dim| assemble::spec(&law, dim).map_err(|_| too_large(&law, dim));
+    let specs = [at(1)?, at(2)?, at(3)?];
+    Ok(Compiled { law, specs })
+}
+
+fn too_large(law: &Law, dim: usize) -> Diagnostic {
+    let place = law
+        .defs
+        .iter()
+        .map(|d| d.span)
+        .find(|s| !s.prelude)
+        .unwrap_or_default();
+    let message = format!("`{}` does not fit exact arithmetic in {dim}D", law.name);
+    Diagnostic::error("PD090", message)
+        .at(
+            place,
+            "a coefficient grows beyond 38 digits when this is multiplied out",
+        )
+        .help("write numbers with fewer digits, or name a part of the expression with `let`")
+}
+
+/// The laws of a text as Rust modules that name only the runtime's interface.
+///
+/// # Errors
+/// As [`compile`].
+pub fn rust(text: &str) -> Result<(TokenStream, Vec<Diagnostic>), Vec<Diagnostic>> {
+    let output = compile(text)?;
+    let modules: TokenStream = output.laws.iter().map(|c| rust::module(&c.specs)).collect();
+    Ok((modules, output.warnings))
+}

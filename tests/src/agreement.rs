@@ -1,0 +1,350 @@
+//! One question, several answers: the same law, body and state given to the oracle, to the plain runner
+//! and to the engine in all its forms.
+
+use std::collections::{BTreeMap, HashSet};
+
+use pdlang::ir;
+use pdlang::oracle::{self, Oracle, Value};
+use pdlang_runtime::body::Body;
+use pdlang_runtime::engine::{self, Breaking, Engine, Isa, Traversal};
+use pdlang_runtime::spec::{InfluenceFn, Spec};
+
+use crate::{bodies, bridge, plain};
+
+/// A law on a body in a state.
+#[derive(Clone)]
+pub struct Question<'a> {
+    pub law: &'a ir::Law,
+    pub body: Body,
+    /// SI values, one per parameter.
+    pub params: Vec<f64>,
+    /// One per influence slot.
+    pub influences: Vec<(ir::InfluenceFn, Vec<f64>)>,
+    /// Horizon [m].
+    pub horizon: f64,
+    pub partial_volume: bool,
+    pub lattice_constants: bool,
+    /// Displacements [m] one after another; histories are committed after each but the last.
+    pub path: Vec<Vec<[f64; 3]>>,
+    /// Velocities [m/s].
+    pub v: Vec<[f64; 3]>,
+    /// Scalar fields of the law, per node.
+    pub fields: Vec<Vec<f64>>,
+    pub broken: HashSet<(usize, usize)>,
+    /// Increment of the tangent [m].
+    pub du: Vec<[f64; 3]>,
+}
+
+/// Answers in the order of the body's nodes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Answer {
+    pub force: Vec<[f64; 3]>,
+    pub energy: Vec<f64>,
+    pub tangent: Vec<[f64; 3]>,
+    /// Time derivative of each field, per node.
+    pub rates: Vec<Vec<f64>>,
+    /// Bonds that break when they may.
+    pub breaks: usize,
+}
+
+/// What differences are measured against.
+#[derive(Clone, Debug, Default)]
+pub struct Scale {
+    /// max_i sum_j |f_ij| V_j [N/m^3].
+    pub force: f64,
+    /// Largest energy density, tangent component and rate.
+    pub energy: f64,
+    pub tangent: f64,
+    pub rates: f64,
+}
+
+/// Largest differences of two answers, relative to a scale.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Difference {
+    pub force: f64,
+    pub energy: f64,
+    pub tangent: f64,
+    pub rates: f64,
+}
+
+impl Difference {
+    pub fn worst(self) -> f64 {
+        [self.force, self.energy, self.tangent, self.rates]
+            .into_iter()
+            .fold(0.0, f64::max)
+    }
+
+    /// The larger of each.
+    pub fn max(self, other: Difference) -> Difference {
+        Difference {
+            force: self.force.max(other.force),
+            energy: self.energy.max(other.energy),
+            tangent: self.tangent.max(other.tangent),
+            rates: self.rates.max(other.rates),
+        }
+    }
+}
+
+/// The compiled form of a law, as the runtime reads it.
+pub fn spec(law: &ir::Law, dim: usize) -> Spec {
+    let spec = pdlang::assemble::spec(law, dim).expect("the law compiles");
+    serde_json::from_str(&spec.json()).expect("the runtime reads what the compiler writes")
+}
+
+/// An influence function, as the runtime reads it.
+pub fn influence(f: &ir::InfluenceFn) -> InfluenceFn {
+    let f = pdlang::assemble::influence_fn(f);
+    let text = serde_json::to_string(&f).expect("numbers are finite");
+    serde_json::from_str(&text).expect("the runtime reads what the compiler writes")
+}
+
+impl Question<'_> {
+    fn dim(&self) -> usize {
+        self.body.flavour.dim()
+    }
+
+    fn ball(&self) -> oracle::Ball {
+        if self.lattice_constants {
+            bridge::lattice_sum(&self.body, self.horizon, self.partial_volume)
+        } else {
+            bridge::integral(&self.body)
+        }
+    }
+
+    fn is_broken(&self, i: usize, j: usize) -> bool {
+        self.broken.contains(&(i, j))
+    }
+
+    /// What the definitions say, and the size of their terms.
+    pub fn oracle(&self) -> (Answer, Scale) {
+        let body = bridge::oracle_body(&self.body, self.horizon, self.partial_volume);
+        let settings = oracle::Settings {
+            flavour: bridge::flavour(self.body.flavour),
+            params: self.params.clone(),
+            influences: self.influences.clone(),
+            horizon: self.horizon,
+            ball: self.ball(),
+        };
+        let oracle = Oracle::new(self.law, &body, &settings).expect("the law fits the body");
+        let state = self.oracle_state(&oracle, &body);
+        let answer = answer_of(&oracle, &state, &self.du);
+        let scale = Scale {
+            force: oracle.force_scale(&state).expect("the state fits"),
+            energy: largest(&answer.energy),
+            tangent: largest(answer.tangent.as_flattened()),
+            rates: largest(&answer.rates.concat()),
+        };
+        (answer, scale)
+    }
+
+    fn oracle_state(&self, oracle: &Oracle, body: &oracle::Body) -> oracle::State {
+        let mut state = oracle.state();
+        state.v.clone_from(&self.v);
+        for (field, values) in state.fields.iter_mut().zip(&self.fields) {
+            *field = values.iter().map(|v| Value::Scalar(*v)).collect();
+        }
+        state.cut(body, |i, j| self.is_broken(i, j));
+        for (k, u) in self.path.iter().enumerate() {
+            state.u.clone_from(u);
+            if k + 1 < self.path.len() {
+                state.histories = oracle.next_histories(&state).expect("the state fits");
+            }
+        }
+        state
+    }
+
+    /// The compiled tapes over an explicit bond list.
+    pub fn plain(&self) -> Answer {
+        let spec = spec(self.law, self.dim());
+        let body = bridge::oracle_body(&self.body, self.horizon, self.partial_volume);
+        let settings = plain::Settings {
+            flavour: bridge::flavour(self.body.flavour),
+            params: self.params.clone(),
+            influences: self
+                .influences
+                .iter()
+                .map(|(f, v)| (influence(f), v.clone()))
+                .collect(),
+            horizon: self.horizon,
+            ball: self.ball(),
+        };
+        let mut runner = plain::Plain::new(&spec, &body, &settings);
+        for (field, values) in spec.fields.iter().zip(&self.fields) {
+            runner.slots[field.slots[0] as usize].clone_from(values);
+        }
+        let mut state = oracle::State {
+            u: Vec::new(),
+            v: self.v.clone(),
+            intact: vec![vec![true; body.bonds.len()]; spec.families.len()],
+            fields: Vec::new(),
+            histories: Vec::new(),
+        };
+        state.cut(&body, |i, j| self.is_broken(i, j));
+        let mut answer = Answer::default();
+        for (k, u) in self.path.iter().enumerate() {
+            state.u.clone_from(u);
+            answer.force = runner.force(&state);
+            if k + 1 < self.path.len() {
+                runner.commit(&state);
+            }
+        }
+        answer.energy = runner.energy(&state);
+        answer.tangent = runner.tangent(&state, &self.du);
+        answer.rates = spec
+            .rates
+            .iter()
+            .map(|(_, rate)| runner.slots[*rate as usize].clone())
+            .collect();
+        answer
+    }
+
+    /// An engine for this question.
+    pub fn engine(&self, law: engine::Law, traversal: Traversal, isa: Option<Isa>) -> Engine {
+        let settings = engine::Settings {
+            params: self.params.clone(),
+            influences: self
+                .influences
+                .iter()
+                .map(|(f, v)| (influence(f), v.clone()))
+                .collect(),
+            horizon: self.horizon,
+            partial_volume: self.partial_volume,
+            lattice_constants: self.lattice_constants,
+            traversal,
+            isa,
+        };
+        Engine::new(&self.body, law, settings).expect("the engine takes the question")
+    }
+
+    /// The law as tapes.
+    pub fn interpreted(&self) -> engine::Law {
+        engine::Law::interpreted(spec(self.law, self.dim()))
+    }
+
+    /// What an engine answers.
+    pub fn ask(&self, engine: &mut Engine) -> Answer {
+        let mut state = engine.state();
+        engine.cut(&mut state, &|a, b| {
+            self.is_broken(
+                bodies::node_at(&self.body, a),
+                bodies::node_at(&self.body, b),
+            )
+        });
+        spread(engine, &self.v, &mut state.v);
+        for (field, values) in self.law.fields.iter().zip(&self.fields) {
+            let slot = engine
+                .state_slots(&field.name)
+                .expect("the law has this field")[0];
+            for (node, value) in values.iter().enumerate() {
+                state.slots[slot][engine.slot(node)] = *value;
+            }
+        }
+        for (k, u) in self.path.iter().enumerate() {
+            spread(engine, u, &mut state.u);
+            engine.forces(&mut state, Breaking::Held);
+            if k + 1 < self.path.len() {
+                engine.commit(&mut state);
+            }
+        }
+        let mut answer = Answer {
+            force: gather(engine, engine.force()),
+            ..Answer::default()
+        };
+        let rates: BTreeMap<usize, Vec<f64>> = engine
+            .rates()
+            .map(|(k, rate)| (k, per_node(engine, rate)))
+            .collect();
+        answer.rates = rates.into_values().collect();
+        let energy = engine.energy(&state).to_vec();
+        answer.energy = if energy.is_empty() {
+            energy
+        } else {
+            per_node(engine, &energy)
+        };
+        let mut du = state.u.clone();
+        spread(engine, &self.du, &mut du);
+        let tangent = engine.tangent(&state, &du).to_vec();
+        answer.tangent = gather(engine, &tangent);
+        answer.breaks = engine.forces(&mut state, Breaking::Armed);
+        answer
+    }
+}
+
+fn answer_of(oracle: &Oracle, state: &oracle::State, du: &[[f64; 3]]) -> Answer {
+    let scalar = |v: &Value<f64>| v.scalar().expect("fields are scalars here");
+    let rates = oracle.rates(state).expect("the state fits");
+    let breaks = |after| oracle.breaks(state, after).expect("the state fits").len();
+    Answer {
+        force: oracle.force(state).expect("the state fits"),
+        energy: oracle.energy(state).expect("the state fits"),
+        tangent: oracle.tangent(state, du).expect("the state fits"),
+        rates: rates
+            .iter()
+            .map(|(_, values)| values.iter().map(scalar).collect())
+            .collect(),
+        breaks: breaks(false) + breaks(true),
+    }
+}
+
+/// Vectors per node into arrays per direction in layout order.
+pub fn spread(engine: &Engine, values: &[[f64; 3]], to: &mut [Vec<f64>]) {
+    for (node, value) in values.iter().enumerate() {
+        for (a, array) in to.iter_mut().enumerate() {
+            array[engine.slot(node)] = value[a];
+        }
+    }
+}
+
+/// Arrays per direction in layout order into vectors per node; empty without arrays.
+pub fn gather(engine: &Engine, arrays: &[Vec<f64>]) -> Vec<[f64; 3]> {
+    if arrays.is_empty() {
+        return Vec::new();
+    }
+    let at = |slot: &u32| {
+        std::array::from_fn(|a| arrays.get(a).map_or(0.0, |array| array[*slot as usize]))
+    };
+    engine.slots().iter().map(at).collect()
+}
+
+/// One array in layout order into one value per node.
+pub fn per_node(engine: &Engine, array: &[f64]) -> Vec<f64> {
+    engine
+        .slots()
+        .iter()
+        .map(|slot| array[*slot as usize])
+        .collect()
+}
+
+fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |m, v| m.max(v.abs()))
+}
+
+/// Largest difference over a scale; what one side does not answer is not compared. Anything but a
+/// finite number is infinitely wrong.
+fn relative(a: &[f64], b: &[f64], scale: f64) -> f64 {
+    if a.is_empty() || b.is_empty() {
+        return 0.0;
+    }
+    assert_eq!(a.len(), b.len());
+    let gap = |(x, y): (&f64, &f64)| {
+        if (x - y).is_finite() {
+            (x - y).abs()
+        } else {
+            f64::INFINITY
+        }
+    };
+    let worst = a.iter().zip(b).map(gap).fold(0.0, f64::max);
+    if worst == 0.0 { 0.0 } else { worst / scale }
+}
+
+impl Answer {
+    pub fn difference(&self, other: &Answer, scale: &Scale) -> Difference {
+        let flat = |v: &[[f64; 3]]| v.as_flattened().to_vec();
+        Difference {
+            force: relative(&flat(&self.force), &flat(&other.force), scale.force),
+            energy: relative(&self.energy, &other.energy, scale.energy),
+            tangent: relative(&flat(&self.tangent), &flat(&other.tangent), scale.tangent),
+            rates: relative(&self.rates.concat(), &other.rates.concat(), scale.rates),
+        }
+    }
+}
