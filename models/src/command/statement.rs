@@ -155,7 +155,7 @@ fn constants(s: &mut Statement, scene: &Scene, simulation: &Simulation, implied:
     let shown: Vec<String> = report
         .constants
         .iter()
-        .map(|(name, value)| format!("{name} = {value:.6e}"))
+        .map(|value| format!("{value:.6e}"))
         .collect();
     if !shown.is_empty() {
         s.add("constants", format!("{} (from {how})", shown.join(", ")));
