@@ -67,6 +67,13 @@ pub struct Difference {
     pub rates: f64,
 }
 
+impl std::fmt::Display for Difference {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        let Difference { force, energy, tangent, rates } = self;
+        write!(f, "force {force:.1e}, energy {energy:.1e}, tangent {tangent:.1e}, rates {rates:.1e}")
+    }
+}
+
 impl Difference {
     pub fn worst(self) -> f64 {
         [self.force, self.energy, self.tangent, self.rates]

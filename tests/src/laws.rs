@@ -1,0 +1,73 @@
+//! Laws of the catalogue and of `tests/fixtures/laws`, and values for their parameters.
+
+use std::path::Path;
+
+use pdlang::front;
+use pdlang::ir::{InfluenceFn, Law};
+use pdlang_models::registry;
+
+/// Elastic moduli of the tests [Pa]: those of the reference block, Poisson's ratio 0.322.
+pub const K: f64 = 14.9e9;
+pub const G: f64 = 6.0e9;
+
+/// The one law of a text.
+pub fn parse(text: &str) -> Law {
+    let mut checked = front::file(text);
+    assert!(!checked.has_errors(), "{:?}", checked.diagnostics);
+    assert_eq!(checked.laws.len(), 1, "one law is expected");
+    checked.laws.remove(0)
+}
+
+/// A law of the catalogue, or of the fixtures.
+pub fn law(name: &str) -> Law {
+    match registry::find(name) {
+        Some(entry) => parse(entry.text),
+        None => {
+            let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/laws");
+            let text = std::fs::read_to_string(folder.join(format!("{name}.pd")));
+            parse(&text.expect("the fixture exists"))
+        }
+    }
+}
+
+/// An influence function as a scene chooses it, with its parameter values.
+pub fn influence(text: &str) -> (InfluenceFn, Vec<f64>) {
+    front::influence_call(text, &[]).expect("the influence function is right")
+}
+
+/// The defaults of a law's influence slots; `constant` where there is none.
+pub fn default_influences(law: &Law) -> Vec<(InfluenceFn, Vec<f64>)> {
+    let of = |slot: &pdlang::ir::Influence| match &slot.default {
+        Some(f) => (f.clone(), Vec::new()),
+        None => influence("constant"),
+    };
+    law.influences.iter().map(of).collect()
+}
+
+/// A value for every parameter: from `given`, else a usual one.
+pub fn params(law: &Law, given: &[(&str, f64)]) -> Vec<f64> {
+    let value = |name: &str| given.iter().find(|(n, _)| *n == name).map(|(_, v)| *v);
+    law.params
+        .iter()
+        .map(|p| {
+            value(&p.name)
+                .or_else(|| usual(&p.name))
+                .or(p.default)
+                .unwrap_or(1.0)
+        })
+        .collect()
+}
+
+fn usual(name: &str) -> Option<f64> {
+    match name {
+        "K" => Some(K),
+        "G" => Some(G),
+        "E" => Some(9.0 * K * G / (3.0 * K + G)),
+        "nu" => Some((3.0 * K - 2.0 * G) / (6.0 * K + 2.0 * G)),
+        "V_ref" => Some(crate::bodies::DX.powi(3)),
+        "k" => Some(1.4),
+        "rho" => Some(2200.0),
+        "cv" => Some(840.0),
+        _ => None,
+    }
+}
