@@ -40,18 +40,10 @@ impl Language for Pdlang {
     }
 
     fn law(&self, name: &str, directory: &Path, dim: usize) -> Result<Law, LawError> {
-        let law = if is_path(name) {
-            law_file(&directory.join(name))?
-        } else {
-            let entry = registry::find(name).ok_or_else(|| unknown(name))?;
-            if let Some(law) = entry.compiled(dim) {
-                return Ok(law);
-            }
-            entry
-                .law()
-                .map_err(|d| broken(name, name, entry.text, &d))?
-        };
-        interpreted(&law, dim)
+        if let Some(law) = registry::find(name).and_then(|entry| entry.compiled(dim)) {
+            return Ok(law);
+        }
+        interpreted(&find(name, directory)?, dim)
     }
 
     fn influence(&self, text: &str) -> Result<(InfluenceFn, Vec<f64>), Vec<Complaint>> {
@@ -70,6 +62,18 @@ impl Language for Pdlang {
         }
         .symbol()
     }
+}
+
+/// A law by the name of the catalogue, or by the path of a `.pd` file relative to `directory`.
+///
+/// # Errors
+/// When there is no such law, or when its text has errors.
+pub fn find(name: &str, directory: &Path) -> Result<ir::Law, LawError> {
+    if is_path(name) {
+        return law_file(&directory.join(name));
+    }
+    let entry = registry::find(name).ok_or_else(|| unknown(name))?;
+    entry.law().map_err(|d| broken(name, name, entry.text, &d))
 }
 
 /// A number with or without a unit; without one it is in SI.

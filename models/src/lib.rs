@@ -1,4 +1,5 @@
 //! The catalogue of laws, and the language as scenes use it.
 
+pub mod constants;
 pub mod language;
 pub mod registry;

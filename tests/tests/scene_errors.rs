@@ -57,3 +57,18 @@ fn bad_scenes_get_their_messages() {
 fn there_are_enough_of_them() {
     assert!(fixtures().len() >= 20);
 }
+
+/// Every scene that ships is understood.
+#[test]
+fn shipped_scenes_are_understood() {
+    for folder in ["scenes", "../examples"] {
+        for entry in fs::read_dir(folder).expect("a folder of scenes") {
+            let path = entry.expect("an entry").path();
+            if path.extension().is_some_and(|e| e == "toml")
+                && let Err(problems) = Scene::read(&path, &Pdlang)
+            {
+                panic!("{problems}");
+            }
+        }
+    }
+}

@@ -1,11 +1,11 @@
 //! What a run says about itself: before it starts, and when it is done.
 
+use pdlang_models::constants;
 use pdlang_models::language::Pdlang;
 use pdlang_runtime::language::{Exponents, Language, dimension};
 use pdlang_runtime::observe::Summary;
-use pdlang_runtime::scene::{Scene, implied};
+use pdlang_runtime::scene::{Influence, Scene, implied};
 use pdlang_runtime::simulate::{End, Simulation, StepRule};
-use pdlang_runtime::spec::InfluenceFn;
 use serde_json::{Map, Value};
 
 /// Named lines under a title.
@@ -50,15 +50,12 @@ pub fn of(scene: &Scene, simulation: &mut Simulation) -> Statement {
     s.add("law", format!("{}: {}", spec.law, spec.title));
     s.add("from", spec.cites.join("; "));
     s.add("parameters", parameters(scene));
-    for (slot, (function, values)) in spec.influences.iter().zip(&scene.material.influences) {
-        s.add(
-            "influence",
-            format!("{} = {}", slot.name, call(function, values)),
-        );
+    for (slot, influence) in spec.influences.iter().zip(&scene.material.influences) {
+        s.add("influence", format!("{} = {}", slot.name, call(influence)));
     }
     body(&mut s, scene, simulation);
     let implied = implied::modulus(simulation);
-    constants(&mut s, scene, simulation, implied);
+    constants(&mut s, scene, implied);
     s.add("time step", step(scene, simulation));
     s
 }
@@ -80,7 +77,10 @@ fn with_unit(value: f64, unit: Exponents) -> String {
     }
 }
 
-fn call(function: &InfluenceFn, values: &[f64]) -> String {
+fn call(influence: &Influence) -> String {
+    let Influence {
+        function, values, ..
+    } = influence;
     let pairs = function.params.iter().zip(values);
     let arguments: Vec<String> = pairs
         .map(|(p, v)| format!("{} = {}", p.name, with_unit(*v, p.exponents)))
@@ -145,17 +145,15 @@ fn body(s: &mut Statement, scene: &Scene, simulation: &Simulation) {
     );
 }
 
-fn constants(s: &mut Statement, scene: &Scene, simulation: &Simulation, implied: Option<f64>) {
-    let report = simulation.engine.report();
+fn constants(s: &mut Statement, scene: &Scene, implied: Option<f64>) {
     let how = if scene.material.lattice_constants {
-        "sums over the lattice"
+        "sums over a full lattice family"
     } else {
-        "integrals"
+        "integrals over the horizon"
     };
-    let shown: Vec<String> = report
-        .constants
+    let shown: Vec<String> = constants::of(scene)
         .iter()
-        .map(|value| format!("{value:.6e}"))
+        .map(|(name, value)| format!("{name} = {value:.8e}"))
         .collect();
     if !shown.is_empty() {
         s.add("constants", format!("{} (from {how})", shown.join(", ")));

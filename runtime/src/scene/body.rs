@@ -24,6 +24,31 @@ pub enum Nodes {
     },
 }
 
+impl Nodes {
+    pub fn flavour(&self) -> Flavour {
+        match self {
+            Nodes::Carved(c) => c.flavour,
+            Nodes::Points { flavour, .. } => *flavour,
+        }
+    }
+
+    /// [m]
+    pub fn spacing(&self) -> f64 {
+        match self {
+            Nodes::Carved(c) => c.spacing,
+            Nodes::Points { spacing, .. } => *spacing,
+        }
+    }
+
+    /// Thickness (2D) [m] or cross-section (1D) [m^2]; 1 in 3D.
+    pub fn cross(&self) -> f64 {
+        match self {
+            Nodes::Carved(c) => c.cross,
+            Nodes::Points { cross, .. } => *cross,
+        }
+    }
+}
+
 pub(super) fn flavour(section: &Section<'_>) -> Option<Flavour> {
     let words = Flavour::ALL.map(|f| (f.name(), f));
     let found = section.choice("flavour", &words);

@@ -10,15 +10,27 @@ use crate::spec::{InfluenceFn, Number, ParamSpec};
 /// A law with the values that a scene gives it.
 #[derive(Clone)]
 pub struct Material {
+    /// Name or path of the law, as the scene gives it.
+    pub model: String,
     pub law: Law,
     /// Mass density [kg/m^3].
     pub density: f64,
     /// SI values, one per parameter of the law.
     pub params: Vec<f64>,
-    /// One per influence function of the law, with the values of its parameters.
-    pub influences: Vec<(InfluenceFn, Vec<f64>)>,
+    /// One per influence function of the law.
+    pub influences: Vec<Influence>,
     /// Constants of the full family as sums over a full lattice family instead of integrals.
     pub lattice_constants: bool,
+}
+
+/// A choice of influence function.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Influence {
+    pub function: InfluenceFn,
+    /// SI values, one per parameter of the function.
+    pub values: Vec<f64>,
+    /// As the scene writes it; `None` for the law's own default.
+    pub text: Option<String>,
 }
 
 const WORDS: [(&str, bool); 2] = [("integral", false), ("lattice", true)];
@@ -39,8 +51,10 @@ pub(super) fn read(section: Section<'_>, dim: usize) -> Option<Material> {
         .map(|p| parameter(&section, p))
         .collect();
     let influences = influences(&section, &law);
+    let model = section.text("model").map(|m| m.value.to_string());
     section.finish();
     Some(Material {
+        model: model?,
         density: density?.value,
         params: params.into_iter().collect::<Option<_>>()?,
         influences: influences?,
@@ -75,11 +89,7 @@ fn law(section: &Section<'_>, dim: usize) -> Option<Law> {
 }
 
 fn parameter(section: &Section<'_>, param: &ParamSpec) -> Option<f64> {
-    let default = match param.default {
-        Some(Number::Finite(v)) => Some(v),
-        Some(Number::Infinite) => Some(f64::INFINITY),
-        None => None,
-    };
+    let default = default_of(param);
     if section.value(&param.name).is_none() && default.is_some() {
         return default;
     }
@@ -96,6 +106,13 @@ fn parameter(section: &Section<'_>, param: &ParamSpec) -> Option<f64> {
         return None;
     }
     Some(found.value)
+}
+
+fn default_of(param: &ParamSpec) -> Option<f64> {
+    match param.default? {
+        Number::Finite(v) => Some(v),
+        Number::Infinite => Some(f64::INFINITY),
+    }
 }
 
 fn example(section: &Section<'_>, param: &ParamSpec) -> String {
@@ -132,7 +149,7 @@ fn outside(param: &ParamSpec, value: f64) -> Option<String> {
 }
 
 /// `influence = "1/x"` for a law with one, `influence = { a = "1/x", b = .. }` for a law with several.
-fn influences(section: &Section<'_>, law: &Law) -> Option<Vec<(InfluenceFn, Vec<f64>)>> {
+fn influences(section: &Section<'_>, law: &Law) -> Option<Vec<Influence>> {
     let slots = &law.spec.influences;
     let given: Vec<Option<&Value>> = match section.value("influence") {
         None => vec![None; slots.len()],
@@ -186,29 +203,42 @@ fn influence(
     section: &Section<'_>,
     slot: &crate::spec::InfluenceSpec,
     value: Option<&Value>,
-) -> Option<(InfluenceFn, Vec<f64>)> {
+) -> Option<Influence> {
     match (value, &slot.default) {
-        (
-            Some(Value {
-                data: Data::Text(text),
-                ..
-            }),
-            _,
-        ) => {
-            let place = value?;
-            let found = section.reader.language.influence(text);
-            found
-                .map_err(|e| section.reader.complain_all(e, text, place))
-                .ok()
-        }
+        (Some(place), _) if matches!(place.data, Data::Text(_)) => chosen(section, place),
         (Some(value), _) => section
             .reader
             .wrong_type(value, "an influence function in quotes"),
-        (None, Some(default)) => Some((default.clone(), Vec::new())),
+        (None, Some(default)) => Some(Influence {
+            function: default.clone(),
+            values: default
+                .params
+                .iter()
+                .map(default_of)
+                .collect::<Option<_>>()?,
+            text: None,
+        }),
         (None, None) => section.require(
             "influence",
             None,
             "\"softened(p = 0, eps = 0.5 mm)\" or an expression such as \"1/x\"",
         ),
+    }
+}
+
+fn chosen(section: &Section<'_>, place: &Value) -> Option<Influence> {
+    let Data::Text(text) = &place.data else {
+        return None;
+    };
+    match section.reader.language.influence(text) {
+        Ok((function, values)) => Some(Influence {
+            function,
+            values,
+            text: Some(text.clone()),
+        }),
+        Err(complaints) => {
+            section.reader.complain_all(complaints, text, place);
+            None
+        }
     }
 }

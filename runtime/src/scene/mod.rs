@@ -22,12 +22,12 @@ mod time;
 
 pub use body::Nodes;
 pub use family::Family;
-pub use material::Material;
+pub use material::{Influence, Material};
 pub use problem::{Problem, Problems};
 pub use section::nearest;
 
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::conditions::Condition;
 use crate::contact::Indenter;
@@ -44,6 +44,8 @@ use section::Section;
 pub struct Scene {
     /// File name without its extension; outputs are named after it.
     pub name: String,
+    /// Folder of the file: relative paths start there.
+    pub directory: PathBuf,
     pub title: String,
     pub nodes: Nodes,
     pub family: Family,
@@ -166,6 +168,7 @@ fn read(root: Section<'_>, name: String, source: Source) -> Option<Scene> {
     let (outputs, nodes_asked) = output?;
     Some(Scene {
         title: title.unwrap_or_else(|| name.clone()),
+        directory: reader.directory.to_path_buf(),
         name,
         nodes: nodes?,
         family: family?,

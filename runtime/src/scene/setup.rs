@@ -45,7 +45,12 @@ impl Scene {
     pub fn settings(&self) -> Settings {
         Settings {
             params: self.material.params.clone(),
-            influences: self.material.influences.clone(),
+            influences: self
+                .material
+                .influences
+                .iter()
+                .map(|i| (i.function.clone(), i.values.clone()))
+                .collect(),
             horizon: self.family.horizon,
             partial_volume: self.family.partial_volume,
             lattice_constants: self.material.lattice_constants,

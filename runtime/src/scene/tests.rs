@@ -193,7 +193,7 @@ fn a_scene_is_understood() {
     );
     assert_eq!(scene.family.horizon, 3e-3);
     assert_eq!(scene.material.params, [5.0, f64::INFINITY]);
-    assert_eq!(scene.material.influences[0].0.name, "one");
+    assert_eq!(scene.material.influences[0].function.name, "one");
     assert_eq!(
         (scene.end, scene.step),
         (End::Time(1e-3), StepRule::Stable { safety: 0.5 })
