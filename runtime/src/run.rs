@@ -49,10 +49,10 @@ impl Simulation {
     /// Errors: the run went unstable (a number that is not finite, a node that moved by more than the horizon in one
     /// step, energy beyond [`ENERGY_FACTOR`] times all energy put in) or an observer could not write.
     pub fn run(&mut self, observer: &mut dyn Observer) -> Result<Summary, Stopped> {
+        let before = self.timings.setup + self.timings.stable_step;
         let began = Instant::now();
         let outcome = self.go(observer);
-        self.timings.total =
-            self.timings.setup + self.timings.stable_step + began.elapsed().as_secs_f64();
+        self.timings.total = before + lap(began);
         let stopped = match outcome {
             Ok(()) => {
                 let summary = Summary::of(self, None);

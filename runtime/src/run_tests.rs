@@ -471,6 +471,20 @@ fn wrong_input_is_refused_before_anything_runs() {
             .contains("choose from displacement")
     );
     assert!(fault(&|s| s.outputs.quantities = vec!["velocity.z".into()]).contains("2 component"));
+    let view = |name: &str, width| Picture {
+        name: name.into(),
+        quantity: "damage".into(),
+        view: View::Top,
+        range: None,
+        width,
+        deformed: false,
+        region: None,
+    };
+    assert!(
+        fault(&|s| s.outputs.views = vec![view("a", 300), view("a", 300)]).contains("two pictures")
+    );
+    assert!(fault(&|s| s.outputs.views = vec![view("../a", 300)]).contains("file name"));
+    assert!(fault(&|s| s.outputs.views = vec![view("a", 9)]).contains("9 pixels"));
     assert!(fault(&|s| s.outputs.history = Schedule::Steps(0)).contains("positive interval"));
 }
 

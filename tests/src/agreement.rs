@@ -70,8 +70,16 @@ pub struct Difference {
 
 impl std::fmt::Display for Difference {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        let Difference { force, energy, tangent, rates } = self;
-        write!(f, "force {force:.1e}, energy {energy:.1e}, tangent {tangent:.1e}, rates {rates:.1e}")
+        let Difference {
+            force,
+            energy,
+            tangent,
+            rates,
+        } = self;
+        write!(
+            f,
+            "force {force:.1e}, energy {energy:.1e}, tangent {tangent:.1e}, rates {rates:.1e}"
+        )
     }
 }
 
@@ -116,7 +124,12 @@ impl std::fmt::Display for Question<'_> {
             _ => "lattice",
         };
         let influence = self.influences.first().map_or("", |(f, _)| &f.name);
-        write!(f, "{} {} {kind} {influence}", self.law.name, self.body.flavour.name())
+        write!(
+            f,
+            "{} {} {kind} {influence}",
+            self.law.name,
+            self.body.flavour.name()
+        )
     }
 }
 
@@ -164,8 +177,9 @@ impl Question<'_> {
         let steps = if law.histories.is_empty() { 1 } else { 4 };
         let mut question = Question::at_rest(law, body);
         let body = &question.body;
-        question.path =
-            (0..steps).map(|k| bodies::deformation(body, strain, seed + 1000 * k)).collect();
+        question.path = (0..steps)
+            .map(|k| bodies::deformation(body, strain, seed + 1000 * k))
+            .collect();
         question.v = bodies::deformation(body, 1e3 * strain, seed + 7);
         question.du = bodies::deformation(body, strain, seed + 77);
         question.broken = bodies::broken_pairs(body, 0.1, seed);
@@ -208,7 +222,8 @@ impl Question<'_> {
                 all[bond.from] += volume;
                 left[bond.from] += if *intact { volume } else { 0.0 };
             }
-            let damage = |(all, left): (&f64, &f64)| if *all > 0.0 { 1.0 - left / all } else { 0.0 };
+            let damage =
+                |(all, left): (&f64, &f64)| if *all > 0.0 { 1.0 - left / all } else { 0.0 };
             let force = oracle.force(state).expect("the state fits");
             (force, all.iter().zip(&left).map(damage).collect())
         })
@@ -314,9 +329,12 @@ impl Question<'_> {
     /// Calls `ask` with an engine of every form (tapes, and machine code where the law is compiled in), on every
     /// traversal that the body allows and every instruction set of this processor.
     pub fn everywhere(&self, mut ask: impl FnMut(&str, &mut Engine)) {
-        let compiled = registry::find(&self.law.name).and_then(|entry| entry.compiled(self.dim()));
-        for law in std::iter::once(self.interpreted()).chain(compiled) {
-            let form = if law.kernel.is_some() { "compiled" } else { "interpreted" };
+        for law in std::iter::once(self.interpreted()).chain(self.compiled()) {
+            let form = if law.kernel.is_some() {
+                "compiled"
+            } else {
+                "interpreted"
+            };
             for traversal in [Traversal::Lattice, Traversal::Cloud] {
                 if traversal == Traversal::Lattice && self.body.grid.is_none() {
                     continue;
@@ -327,6 +345,15 @@ impl Question<'_> {
                 }
             }
         }
+    }
+
+    /// The law as machine code where it is compiled in, else as tapes.
+    pub fn fastest(&self) -> engine::Law {
+        self.compiled().unwrap_or_else(|| self.interpreted())
+    }
+
+    fn compiled(&self) -> Option<engine::Law> {
+        registry::find(&self.law.name).and_then(|entry| entry.compiled(self.dim()))
     }
 
     /// The law as tapes.

@@ -115,7 +115,11 @@ pub fn without_grid(body: &Body) -> Body {
 pub fn deformation(body: &Body, strain: f64, seed: u64) -> Vec<[f64; 3]> {
     let (mut random, dim) = (Random(seed ^ 0xDEF0), body.flavour.dim());
     let periodic = body.periodic.iter().any(Option::is_some);
-    let (affine, single) = if periodic { (0.0, 1.5 * strain) } else { (strain, 0.5 * strain) };
+    let (affine, single) = if periodic {
+        (0.0, 1.5 * strain)
+    } else {
+        (strain, 0.5 * strain)
+    };
     let gradient: [[f64; 3]; 3] =
         std::array::from_fn(|_| std::array::from_fn(|_| affine * random.signed()));
     let displace = |x: &[f64; 3]| {

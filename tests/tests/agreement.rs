@@ -51,7 +51,11 @@ fn questions(law: &Law, strain: f64) -> Vec<Question<'_>> {
 fn check(what: &str, got: &Answer, expected: &Answer, scale: &Scale, bound: f64) -> Difference {
     let difference = got.difference(expected, scale);
     // An energy is a sum of squares of extensions, and so twice as sensitive to their rounding.
-    let worst = Difference { energy: difference.energy / 2.0, ..difference }.worst();
+    let worst = Difference {
+        energy: difference.energy / 2.0,
+        ..difference
+    }
+    .worst();
     assert!(worst <= bound, "{what}: {difference}");
     assert_eq!(got.breaks, expected.breaks, "{what}: bonds that break");
     difference

@@ -69,7 +69,7 @@ impl Crate {
 
 const SPRING: &str = "# Test law: a bond is a spring.
 model spring \"Spring\"
-  cite \"Silling 2000\"
+  cite \"Silling 2000, eq. 63\"
 {
   param c : pressure/length^4 > 0 \"micromodulus\"
   energy W = c/4 * sum(x*s^2)

@@ -134,6 +134,15 @@ impl<'a> Oracle<'a> {
         self.member[family.index()][bond]
     }
 
+    /// Value of influence function `slot` of the law at bond length `r` [m].
+    ///
+    /// # Errors
+    /// When the function reads more than the bond length.
+    pub fn influence(&self, slot: usize, r: f64) -> Result<f64, Error> {
+        let (function, values) = &self.settings.influences[slot];
+        influence::value(function, values, r, self.settings.horizon)
+    }
+
     /// Time derivatives of the fields, per node.
     ///
     /// # Errors
@@ -250,11 +259,6 @@ impl<'a> Oracle<'a> {
                 .map(move |bond| self.influence(slot, bond.length()))
         };
         slots.map(|slot| of(slot).collect()).collect()
-    }
-
-    fn influence(&self, slot: usize, r: f64) -> Result<f64, Error> {
-        let (function, values) = &self.settings.influences[slot];
-        influence::value(function, values, r, self.settings.horizon)
     }
 
     fn filter_families(&mut self) -> Result<(), Error> {

@@ -276,10 +276,7 @@ impl<'a> Elaborator<'a> {
     fn number(&mut self, value: f64, unit: Option<&ast::UnitExpr>, span: Span) -> Option<ExprId> {
         let (factor, unit) = match unit {
             None => (1.0, Unit::NUMBER),
-            Some(unit) => match units::evaluate(unit, self.report) {
-                Some(known) => known,
-                None => return None,
-            },
+            Some(unit) => units::evaluate(unit, self.report)?,
         };
         self.push(
             ExprKind::Number(units::scale(value, factor)),

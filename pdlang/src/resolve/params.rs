@@ -37,11 +37,10 @@ pub(crate) fn param(written: &ast::Param, report: &mut Vec<Diagnostic>) -> Optio
             report,
         )?),
     };
-    if let (true, Some(value), Some(default)) = (good, default, &written.default) {
-        if !bounds::contains(lower, upper, value) {
-            report.push(bounds::outside(name, default.span, last));
-            good = false;
-        }
+    let chosen = default.zip(written.default.as_ref()).filter(|_| good);
+    if let Some((_, default)) = chosen.filter(|(value, _)| !bounds::contains(lower, upper, *value)) {
+        report.push(bounds::outside(name, default.span, last));
+        good = false;
     }
     let doc = written
         .doc

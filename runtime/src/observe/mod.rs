@@ -142,8 +142,17 @@ pub fn check(sim: &Simulation) -> Result<(), InputError> {
     {
         quantity::check(sim, name)?;
     }
-    for view in &sim.outputs.views {
+    for (k, view) in sim.outputs.views.iter().enumerate() {
         picture::check(sim, view)?;
+        if sim.outputs.views[..k]
+            .iter()
+            .any(|other| other.name == view.name)
+        {
+            return Err(InputError::new(
+                format!("two pictures are called `{}`", view.name),
+                "give each picture a name of its own: it becomes the file name",
+            ));
+        }
     }
     let schedules = [
         &sim.outputs.history,

@@ -21,6 +21,12 @@ fn axes(view: View) -> [(usize, f64); 3] {
 /// Refuses widths that make no picture, ranges that are empty and regions without nodes.
 pub fn check(sim: &Simulation, picture: &Picture) -> Result<(), InputError> {
     let name = &picture.name;
+    if name.is_empty() || name.contains(['/', '\\', '\0']) {
+        return Err(InputError::new(
+            format!("a picture cannot be called `{name}`"),
+            "its name becomes a file name: use letters, digits and hyphens",
+        ));
+    }
     if !(100..=8000).contains(&picture.width) {
         return Err(InputError::new(
             format!("picture `{name}` is {} pixels wide", picture.width),
