@@ -33,7 +33,7 @@ pub fn execute(matches: &ArgMatches) -> Outcome {
         .unwrap_or_default();
     let scene = read(&path)?;
     let mut simulation = scene.simulation().map_err(wrong)?;
-    let mut plan = statement::of(&scene, &mut simulation);
+    let mut plan = statement::of(&scene, &simulation);
     let per_step = seconds_per_force(&mut simulation);
     let report = simulation.engine.report();
     let ns = per_step * 1e9 / report.bonds.max(1) as f64;

@@ -71,7 +71,7 @@ pub fn execute(matches: &ArgMatches) -> Outcome {
         .get_one::<PathBuf>("out")
         .cloned()
         .unwrap_or_else(|| Path::new("out").join(&scene.name));
-    print!("{}", statement::of(&scene, &mut simulation).text());
+    print!("{}", statement::of(&scene, &simulation).text());
     println!("  {:<10} {}", "output", out.display());
     go(&scene, &mut simulation, &out)
 }

@@ -41,7 +41,7 @@ impl Statement {
 }
 
 /// Law, body, traversal, memory, constants, step.
-pub fn of(scene: &Scene, simulation: &mut Simulation) -> Statement {
+pub fn of(scene: &Scene, simulation: &Simulation) -> Statement {
     let mut s = Statement {
         title: scene.title.clone(),
         lines: Vec::new(),
@@ -54,7 +54,7 @@ pub fn of(scene: &Scene, simulation: &mut Simulation) -> Statement {
         s.add("influence", format!("{} = {}", slot.name, call(influence)));
     }
     body(&mut s, scene, simulation);
-    let implied = implied::modulus(simulation);
+    let implied = implied::modulus(scene);
     constants(&mut s, scene, implied);
     s.add("time step", step(scene, simulation));
     s
@@ -161,7 +161,7 @@ fn constants(s: &mut Statement, scene: &Scene, implied: Option<f64>) {
     if let Some(modulus) = implied {
         s.add(
             "implied",
-            format!("modulus against expansion in the middle of the body {modulus:.6e} Pa"),
+            format!("modulus of the lattice against expansion {modulus:.6e} Pa"),
         );
     }
 }
