@@ -8,14 +8,13 @@
 
 mod file;
 mod layout;
-mod library;
 mod report;
 
 use proc_macro::TokenStream;
 
 /// Laws and influence functions, written inline.
 ///
-/// ```ignore
+/// ```text
 /// pdlang_macros::model! {
 ///     model spring "Prototype microelastic" cite "Silling and Askari 2005, eq. 13" {
 ///         param K : pressure > 0 "bulk modulus"
@@ -38,7 +37,7 @@ pub fn model(tokens: TokenStream) -> TokenStream {
 
 /// The laws and influence functions of one or more `.pd` files.
 ///
-/// ```ignore
+/// ```text
 /// pdlang_macros::include_model!("laws/lps.pd", "laws/gpmb.pd");
 /// ```
 ///

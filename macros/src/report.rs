@@ -1,9 +1,10 @@
 //! What the library says about a text, as Rust items: the laws, or errors at their places.
 
 use crate::layout::Layout;
-use crate::library::diagnostic::{Diagnostic, Severity};
+use pdlang::diag::{Diagnostic, Severity};
 use proc_macro2::{Delimiter, Group, Ident, Span, TokenStream};
 use quote::{quote, quote_spanned};
+use std::collections::BTreeSet;
 
 /// A message under the tokens from `first` to `last`.
 pub struct Report {
@@ -51,30 +52,27 @@ pub fn expand(text: &str, report: impl Fn(&Diagnostic) -> Report) -> TokenStream
         Severity::Error => report(diagnostic).error(),
         Severity::Warning => report(diagnostic).warning(),
     };
-    match crate::library::compile::rust(text, &Default::default()) {
-        Ok(items) => items,
-        Err(diagnostics) => diagnostics
+    match pdlang::compile::rust(text) {
+        Ok((items, warnings)) => warnings.iter().map(say).chain([items]).collect(),
+        Err(findings) => findings
             .iter()
             .map(say)
-            .chain(names(text).map(empty_law))
+            .chain(names(text).into_iter().map(empty_law))
             .collect(),
     }
 }
 
 /// Names after the word `model`, read without a grammar, because the text has errors.
-fn names(text: &str) -> impl Iterator<Item = &str> {
-    let words = text
-        .lines()
-        .filter_map(|line| line.trim_start().strip_prefix("model "));
-    words.filter_map(|rest| {
-        let end = rest
-            .trim_start()
-            .find(|c: char| !(c.is_alphanumeric() || c == '_'))
-            .unwrap_or(rest.len());
-        rest.trim_start()
-            .get(..end)
-            .filter(|name| syn::parse_str::<Ident>(name).is_ok())
-    })
+fn names(text: &str) -> BTreeSet<&str> {
+    text.lines()
+        .filter_map(|line| line.trim_start().strip_prefix("model "))
+        .filter_map(|head| head.trim_start().split(|c| !is_word(c)).next())
+        .filter(|name| syn::parse_str::<Ident>(name).is_ok())
+        .collect()
+}
+
+fn is_word(c: char) -> bool {
+    c.is_alphanumeric() || c == '_'
 }
 
 fn empty_law(name: &str) -> TokenStream {
@@ -102,7 +100,7 @@ fn in_words(diagnostic: &Diagnostic, text: &str) -> String {
         let quoted = text
             .get(span.start as usize..span.end as usize)
             .unwrap_or_default();
-        words += &format!("\n`{quoted}`: {label}");
+        words += &format!("\n`{}`: {label}", quoted.trim());
     }
     if let Some(help) = &diagnostic.help {
         words += &format!("\nhelp: {help}");
@@ -117,4 +115,25 @@ pub fn plain(snippet: &str) -> String {
         .or(snippet.strip_prefix("warning"))
         .unwrap_or(snippet);
     rest.trim_end().to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_laws_of_a_text_with_errors_are_named_once() {
+        let text =
+            "model b \"B\" {\n  model a{ }\n# model c\nmodel b\nmodel 3d\nmodel type\nmodelling";
+        assert_eq!(names(text).into_iter().collect::<Vec<_>>(), ["a", "b"]);
+    }
+
+    #[test]
+    fn a_snippet_loses_the_word_that_rustc_writes() {
+        assert_eq!(
+            plain("error[PD002]: no\n --> a.pd\n"),
+            "[PD002]: no\n --> a.pd"
+        );
+        assert_eq!(plain("warning[PD102]: unused"), "[PD102]: unused");
+    }
 }

@@ -3,6 +3,12 @@
 use pdlang::diag::Diagnostic;
 use pdlang::{front, ir};
 use pdlang_runtime::engine::Law;
+use pdlang_runtime::kernel::CompiledLaw;
+
+/// The catalogue's kernels: a module per law.
+pub mod laws {
+    pdlang_macros::include_model!("laws/pmb.pd", "laws/gpmb.pd", "laws/lps.pd", "laws/lps_frozen.pd");
+}
 
 /// A law of the catalogue.
 #[derive(Clone, Copy)]
@@ -10,16 +16,22 @@ pub struct Entry {
     pub name: &'static str,
     /// The law in the language.
     pub text: &'static str,
+    /// Its kernels.
+    pub kernels: &'static CompiledLaw,
 }
 
 macro_rules! catalogue {
-    ($($name:literal),* $(,)?) => {
-        &[$(Entry { name: $name, text: include_str!(concat!("../laws/", $name, ".pd")) }),*]
+    ($($name:ident),* $(,)?) => {
+        &[$(Entry {
+            name: stringify!($name),
+            text: include_str!(concat!("../laws/", stringify!($name), ".pd")),
+            kernels: &laws::$name::LAW,
+        }),*]
     };
 }
 
 /// In the order in which the tables list them.
-pub const CATALOGUE: &[Entry] = catalogue!["pmb", "gpmb", "lps", "lps_frozen"];
+pub const CATALOGUE: &[Entry] = catalogue![pmb, gpmb, lps, lps_frozen];
 
 /// The law of this name.
 pub fn find(name: &str) -> Option<&'static Entry> {
@@ -44,9 +56,9 @@ impl Entry {
         }
     }
 
-    /// The law at a dimension, with its machine code where there is some.
-    pub fn compiled(&self, _dim: usize) -> Option<Law> {
-        None
+    /// The law at a dimension, with its machine code.
+    pub fn compiled(&self, dim: usize) -> Option<Law> {
+        Law::compiled(self.kernels, dim).ok()
     }
 }
 

@@ -36,6 +36,8 @@ pub struct Model {
     pub items: Vec<Item>,
     /// As in [`File::broken`].
     pub broken: Vec<Name>,
+    /// False when an item could not be read.
+    pub complete: bool,
 }
 
 /// `fn K_d(K, G) = ..`

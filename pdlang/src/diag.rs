@@ -52,6 +52,26 @@ impl Diagnostic {
         self
     }
 
+    /// The same finding about the use of a library definition: what it says about places inside of the
+    /// prelude is said at `call`.
+    pub(crate) fn seen_from(self, name: &str, call: Span) -> Self {
+        let (inside, outside): (Vec<_>, Vec<_>) =
+            self.labels.into_iter().partition(|(span, _)| span.prelude);
+        let mut inside: Vec<String> = inside
+            .into_iter()
+            .map(|(_, label)| label)
+            .filter(|label| !label.is_empty())
+            .collect();
+        inside.reverse();
+        let mut labels = vec![(call, inside.join(" and "))];
+        labels.extend(outside);
+        Diagnostic {
+            message: format!("in `{name}`: {}", self.message),
+            labels,
+            ..self
+        }
+    }
+
     pub fn is_error(&self) -> bool {
         self.severity == Severity::Error
     }

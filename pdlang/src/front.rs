@@ -37,7 +37,6 @@ pub fn file(text: &str) -> Checked {
         .filter_map(|model| resolve::law(model, &library, &mut report))
         .collect();
     diag::sort(&mut report);
-    report.dedup();
     Checked {
         laws,
         influences: library.own.influences,

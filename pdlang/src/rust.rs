@@ -2,7 +2,7 @@
 //!
 //! Contract. The code names only the runtime's interface file. A sweep becomes a unit struct with three
 //! functions; registers keep their tape numbers, so that `emit` and the generated code can be read side by
-//! side. What is not in a hot loop (reference quantities, tangent, update) stays in the spec.
+//! side. What runs once or rarely (reference quantities, updates of histories) stays in the spec.
 
 use proc_macro2::{Ident, Span, TokenStream};
 use quote::{format_ident, quote};
@@ -12,7 +12,7 @@ use crate::tape::{Op, Tape};
 
 /// Stages whose sweeps are compiled; the others run from their tapes.
 pub fn is_compiled(stage: Stage) -> bool {
-    matches!(stage, Stage::Family | Stage::Step | Stage::Energy)
+    matches!(stage, Stage::Family | Stage::Step | Stage::Energy | Stage::Tangent)
 }
 
 /// A module named after the law, with `LAW`.

@@ -229,6 +229,7 @@ const KINDS: &[(&str, &str, [i16; 7])] = &[
     ("conductivity", "W/(m K)", [1, 1, -3, 0, -1, 0, 0]),
     ("specific_heat", "J/(kg K)", [2, 0, -2, 0, -1, 0, 0]),
     ("heat_source", "W/m^3", [-1, 1, -3, 0, 0, 0, 0]),
+    ("heating_rate", "K/s", [0, 0, -1, 0, 1, 0, 0]),
     ("thermal_expansion", "1/K", [0, 0, 0, 0, -1, 0, 0]),
     ("diffusivity", "m^2/s", [2, 0, -1, 0, 0, 0, 0]),
 ];

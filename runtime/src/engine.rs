@@ -22,6 +22,7 @@ pub use crate::state::{FamilyState, State};
 pub use error::SetupError;
 pub use memory::Report;
 
+use crate::lane::Record;
 use crate::layout::{Family, Layout};
 use crate::spec::{InfluenceFn, SlotKind, Spec, Stage};
 use geometry::Geometry;
@@ -84,6 +85,9 @@ pub struct Engine {
     programs: Vec<Program>,
     geometry: Vec<Geometry>,
     streams: Vec<Vec<f64>>,
+    /// Positions and displacements of a cloud.
+    x_records: Vec<Record>,
+    u_records: Vec<Record>,
     constants: Vec<f64>,
     homes: Vec<Home>,
     /// Values of computed slots and increments; forces first, then tangents.
@@ -177,6 +181,7 @@ impl Engine {
     pub fn forces(&mut self, s: &mut State, breaking: Breaking) -> usize {
         assert!(self.fits_quickly(s), "the state belongs to another engine");
         self.refresh_state(s);
+        self.pack(s);
         self.family_stage(s);
         let killer = self.killer();
         let mut broken = 0;
@@ -225,6 +230,7 @@ impl Engine {
     /// Strain energy density [J/m^3] per slot; call after `forces` at the same state. Empty for a law without energy.
     pub fn energy(&mut self, s: &State) -> &[f64] {
         assert!(self.fits_quickly(s), "the state belongs to another engine");
+        self.pack(s);
         self.family_stage(s);
         self.run_stage(Stage::Energy, s);
         match self.spec.energy.map(|k| self.homes[k as usize]) {
@@ -240,6 +246,7 @@ impl Engine {
             self.fits_quickly(s) && du.len() >= self.spec.dim,
             "the state belongs to another engine"
         );
+        self.pack(s);
         self.family_stage(s);
         for k in 0..self.homes.len() {
             if let (SlotKind::Increment(a), Home::Array(to)) =
@@ -261,6 +268,7 @@ impl Engine {
             return;
         }
         self.refresh_state(s);
+        self.pack(s);
         self.family_stage(s);
         self.run_stage(Stage::Update, s);
         self.swap_histories(s);

@@ -13,7 +13,7 @@ use std::path::PathBuf;
 mod law;
 
 /// A block of n x m x l nodes with spacing 1 and bonds of length 1 (c = 1); critical stretch as given.
-fn block(cells: [f64; 3], flavour: Flavour, s0: f64) -> Setup {
+pub(crate) fn block(cells: [f64; 3], flavour: Flavour, s0: f64) -> Setup {
     let body = carve(&Carve {
         shape: Shape::Box {
             from: [0.0; 3],
@@ -526,4 +526,39 @@ fn an_imposed_field_stays() {
         5.0 * (0.1 * sim.state.time).sin()
     );
     assert!(sim.state.slots[k][sim.engine.slot(2)] > 0.0);
+}
+
+#[test]
+fn threads_do_not_change_a_bit() {
+    let run = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        pool.install(|| {
+            let mut setup = impact(ContactLaw::Penalty { stiffness: 2.0 });
+            setup.end = End::Steps(40);
+            let mut sim = Simulation::new(setup).unwrap();
+            let summary = sim.run(&mut ()).unwrap();
+            (sim.state, summary.last, sim.stable)
+        })
+    };
+    let one = run(1);
+    assert!(one.1.broken > 0);
+    assert_eq!(one, run(3));
+}
+
+#[test]
+fn outputs_do_not_change_a_bit() {
+    let run = |history| {
+        let mut setup = impact(ContactLaw::Relocation);
+        setup.outputs = Outputs {
+            history,
+            ..Outputs::default()
+        };
+        let mut sim = Simulation::new(setup).unwrap();
+        sim.run(&mut ()).unwrap();
+        sim.state
+    };
+    assert_eq!(run(Schedule::Never), run(Schedule::Steps(3)));
 }

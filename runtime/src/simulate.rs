@@ -91,7 +91,8 @@ pub struct Simulation {
     pub(crate) conditions: Conditions,
     pub(crate) contact: Contact,
     pub(crate) clock: Clock,
-    /// Directed bonds broken since the start.
+    /// Directed bonds of the reference families, and those broken since the start.
+    pub(crate) bonds: u64,
     pub(crate) broken: u64,
     pub(crate) broken_at_measure: u64,
     /// [J]
@@ -166,6 +167,7 @@ impl Simulation {
             scene,
             layout: layout(&engine),
         };
+        let bonds = engine.report().bonds as u64;
         let mut simulation = Simulation {
             title: setup.title,
             body: setup.body,
@@ -187,6 +189,7 @@ impl Simulation {
             conditions,
             contact,
             clock: Clock::default(),
+            bonds,
             broken: 0,
             broken_at_measure: 0,
             initial_energy: 0.0,

@@ -5,11 +5,12 @@ use std::collections::{BTreeMap, HashSet};
 
 use pdlang::ir;
 use pdlang::oracle::{self, Oracle, Value};
+use pdlang_models::registry;
 use pdlang_runtime::body::Body;
 use pdlang_runtime::engine::{self, Breaking, Engine, Isa, Traversal};
 use pdlang_runtime::spec::{InfluenceFn, Spec};
 
-use crate::{bodies, bridge, plain};
+use crate::{bodies, bridge, laws, plain};
 
 /// A law on a body in a state.
 #[derive(Clone)]
@@ -105,6 +106,20 @@ pub fn influence(f: &ir::InfluenceFn) -> InfluenceFn {
     serde_json::from_str(&text).expect("the runtime reads what the compiler writes")
 }
 
+const ISAS: [Isa; 3] = [Isa::Scalar, Isa::Avx2, Isa::Avx512];
+
+impl std::fmt::Display for Question<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        let kind = match (&self.body.grid, self.body.periodic[0]) {
+            (None, _) => "cloud",
+            (_, Some(_)) => "periodic lattice",
+            _ => "lattice",
+        };
+        let influence = self.influences.first().map_or("", |(f, _)| &f.name);
+        write!(f, "{} {} {kind} {influence}", self.law.name, self.body.flavour.name())
+    }
+}
+
 impl Question<'_> {
     fn dim(&self) -> usize {
         self.body.flavour.dim()
@@ -122,8 +137,88 @@ impl Question<'_> {
         self.broken.contains(&(i, j))
     }
 
+    /// A law with its usual parameters and default influence functions on a body at rest.
+    pub fn at_rest(law: &ir::Law, body: Body) -> Question<'_> {
+        let nodes = body.x.len();
+        Question {
+            law,
+            params: laws::params(law, &[]),
+            influences: laws::default_influences(law),
+            horizon: 2.2 * body.spacing,
+            partial_volume: false,
+            lattice_constants: false,
+            path: vec![vec![[0.0; 3]; nodes]],
+            v: vec![[0.0; 3]; nodes],
+            fields: vec![vec![0.0; nodes]; law.fields.len()],
+            broken: HashSet::new(),
+            du: vec![[0.0; 3]; nodes],
+            body,
+        }
+    }
+
+    /// The same law and body in a random state of about the stated strain, one bond in ten broken. A law with
+    /// histories has gone through three steps before.
+    pub fn deformed(law: &ir::Law, body: Body, strain: f64, seed: u64) -> Question<'_> {
+        let mut random = bodies::Random(seed ^ 0x57A7E);
+        let nodes = body.x.len();
+        let steps = if law.histories.is_empty() { 1 } else { 4 };
+        let mut question = Question::at_rest(law, body);
+        let body = &question.body;
+        question.path =
+            (0..steps).map(|k| bodies::deformation(body, strain, seed + 1000 * k)).collect();
+        question.v = bodies::deformation(body, 1e3 * strain, seed + 7);
+        question.du = bodies::deformation(body, strain, seed + 77);
+        question.broken = bodies::broken_pairs(body, 0.1, seed);
+        let field = |_| (0..nodes).map(|_| 300.0 + random.signed()).collect();
+        question.fields = law.fields.iter().map(field).collect();
+        question.partial_volume = seed % 2 == 1;
+        question
+    }
+
+    /// With other values for some parameters.
+    pub fn with(mut self, given: &[(&str, f64)]) -> Self {
+        self.params = laws::params(self.law, given);
+        self
+    }
+
     /// What the definitions say, and the size of their terms.
     pub fn oracle(&self) -> (Answer, Scale) {
+        self.consult(|oracle, _, state| {
+            let answer = answer_of(oracle, state, &self.du);
+            let scale = Scale {
+                force: oracle.force_scale(state).expect("the state fits"),
+                energy: largest(&answer.energy),
+                tangent: largest(answer.tangent.as_flattened()),
+                rates: largest(&answer.rates.concat()),
+            };
+            (answer, scale)
+        })
+    }
+
+    /// Force after the bonds that break before the force have broken, and the damage of every node: one minus
+    /// the share of its neighbours' volume that is still bonded.
+    pub fn oracle_broken(&self) -> (Vec<[f64; 3]>, Vec<f64>) {
+        self.consult(|oracle, body, state| {
+            for (family, bond) in oracle.breaks(state, false).expect("the state fits") {
+                state.intact[family.index()][bond] = false;
+            }
+            let (mut all, mut left) = (vec![0.0; body.nodes.len()], vec![0.0; body.nodes.len()]);
+            for (bond, intact) in body.bonds.iter().zip(&state.intact[0]) {
+                let volume = body.nodes[bond.to].volume;
+                all[bond.from] += volume;
+                left[bond.from] += if *intact { volume } else { 0.0 };
+            }
+            let damage = |(all, left): (&f64, &f64)| if *all > 0.0 { 1.0 - left / all } else { 0.0 };
+            let force = oracle.force(state).expect("the state fits");
+            (force, all.iter().zip(&left).map(damage).collect())
+        })
+    }
+
+    /// Asks the oracle about this question's state.
+    pub fn consult<A>(
+        &self,
+        ask: impl FnOnce(&Oracle, &oracle::Body, &mut oracle::State) -> A,
+    ) -> A {
         let body = bridge::oracle_body(&self.body, self.horizon, self.partial_volume);
         let settings = oracle::Settings {
             flavour: bridge::flavour(self.body.flavour),
@@ -133,15 +228,8 @@ impl Question<'_> {
             ball: self.ball(),
         };
         let oracle = Oracle::new(self.law, &body, &settings).expect("the law fits the body");
-        let state = self.oracle_state(&oracle, &body);
-        let answer = answer_of(&oracle, &state, &self.du);
-        let scale = Scale {
-            force: oracle.force_scale(&state).expect("the state fits"),
-            energy: largest(&answer.energy),
-            tangent: largest(answer.tangent.as_flattened()),
-            rates: largest(&answer.rates.concat()),
-        };
-        (answer, scale)
+        let mut state = self.oracle_state(&oracle, &body);
+        ask(&oracle, &body, &mut state)
     }
 
     fn oracle_state(&self, oracle: &Oracle, body: &oracle::Body) -> oracle::State {
@@ -223,13 +311,31 @@ impl Question<'_> {
         Engine::new(&self.body, law, settings).expect("the engine takes the question")
     }
 
+    /// Calls `ask` with an engine of every form (tapes, and machine code where the law is compiled in), on every
+    /// traversal that the body allows and every instruction set of this processor.
+    pub fn everywhere(&self, mut ask: impl FnMut(&str, &mut Engine)) {
+        let compiled = registry::find(&self.law.name).and_then(|entry| entry.compiled(self.dim()));
+        for law in std::iter::once(self.interpreted()).chain(compiled) {
+            let form = if law.kernel.is_some() { "compiled" } else { "interpreted" };
+            for traversal in [Traversal::Lattice, Traversal::Cloud] {
+                if traversal == Traversal::Lattice && self.body.grid.is_none() {
+                    continue;
+                }
+                for isa in ISAS.into_iter().filter(|isa| isa.available()) {
+                    let mut engine = self.engine(law.clone(), traversal, Some(isa));
+                    ask(&format!("{self} {form} {traversal:?} {isa:?}"), &mut engine);
+                }
+            }
+        }
+    }
+
     /// The law as tapes.
     pub fn interpreted(&self) -> engine::Law {
         engine::Law::interpreted(spec(self.law, self.dim()))
     }
 
-    /// What an engine answers.
-    pub fn ask(&self, engine: &mut Engine) -> Answer {
+    /// The state of this question, with the histories of its path committed, for an engine of it.
+    pub fn state(&self, engine: &mut Engine) -> engine::State {
         let mut state = engine.state();
         engine.cut(&mut state, &|a, b| {
             self.is_broken(
@@ -248,11 +354,18 @@ impl Question<'_> {
         }
         for (k, u) in self.path.iter().enumerate() {
             spread(engine, u, &mut state.u);
-            engine.forces(&mut state, Breaking::Held);
             if k + 1 < self.path.len() {
+                engine.forces(&mut state, Breaking::Held);
                 engine.commit(&mut state);
             }
         }
+        state
+    }
+
+    /// What an engine answers.
+    pub fn ask(&self, engine: &mut Engine) -> Answer {
+        let mut state = self.state(engine);
+        engine.forces(&mut state, Breaking::Held);
         let mut answer = Answer {
             force: gather(engine, engine.force()),
             ..Answer::default()

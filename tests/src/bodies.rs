@@ -110,26 +110,40 @@ pub fn without_grid(body: &Body) -> Body {
     }
 }
 
-/// A random displacement gradient plus random displacements of single nodes, of the given strain.
+/// Random displacements that give bonds about the stated strain: a random gradient plus a random share of each
+/// node; in a periodic body, where there is no gradient, the nodes alone.
 pub fn deformation(body: &Body, strain: f64, seed: u64) -> Vec<[f64; 3]> {
     let (mut random, dim) = (Random(seed ^ 0xDEF0), body.flavour.dim());
+    let periodic = body.periodic.iter().any(Option::is_some);
+    let (affine, single) = if periodic { (0.0, 1.5 * strain) } else { (strain, 0.5 * strain) };
     let gradient: [[f64; 3]; 3] =
-        std::array::from_fn(|_| std::array::from_fn(|_| strain * random.signed()));
-    let gradient = if body.periodic.iter().any(Option::is_some) {
-        [[0.0; 3]; 3]
-    } else {
-        gradient
+        std::array::from_fn(|_| std::array::from_fn(|_| affine * random.signed()));
+    let displace = |x: &[f64; 3]| {
+        let mut component = |a: usize| {
+            let stretched: f64 = (0..dim).map(|b| gradient[a][b] * x[b]).sum();
+            stretched + single * body.spacing * random.signed()
+        };
+        std::array::from_fn(|a| if a < dim { component(a) } else { 0.0 })
     };
-    let mut displace = |x: &[f64; 3]| {
+    body.x.iter().map(displace).collect()
+}
+
+/// Displacements of a rigid rotation about an axis off all planes [rad].
+pub fn rotation(body: &Body, angle: f64) -> Vec<[f64; 3]> {
+    let axis = match body.flavour.dim() {
+        3 => [2.0 / 7.0, 3.0 / 7.0, 6.0 / 7.0],
+        _ => [0.0, 0.0, 1.0],
+    };
+    let (sin, cos) = (angle.sin(), angle.cos());
+    let turn = |x: &[f64; 3]| {
+        let along: f64 = (0..3).map(|a| axis[a] * x[a]).sum();
         std::array::from_fn(|a| {
-            if a >= dim {
-                return 0.0;
-            }
-            let affine: f64 = (0..dim).map(|b| gradient[a][b] * x[b]).sum();
-            affine + 0.5 * strain * body.spacing * random.signed()
+            let (b, c) = ((a + 1) % 3, (a + 2) % 3);
+            let around = axis[b] * x[c] - axis[c] * x[b];
+            (cos - 1.0) * (x[a] - along * axis[a]) + sin * around
         })
     };
-    body.x.iter().map(&mut displace).collect()
+    body.x.iter().map(turn).collect()
 }
 
 /// Pairs of nodes whose bond is to be broken: each with probability `share`; symmetric.

@@ -10,3 +10,4 @@ pub mod naive;
 pub mod plain;
 pub mod pulse;
 pub mod reference;
+pub mod twins;

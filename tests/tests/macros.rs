@@ -19,7 +19,8 @@ impl Crate {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
         std::fs::create_dir_all(folder.join("laws")).unwrap();
         std::fs::create_dir_all(folder.join("src")).unwrap();
-        let dependency = |name: &str, room: &str| format!("{name} = {{ path = {:?} }}\n", root.join(room));
+        let dependency =
+            |name: &str, room: &str| format!("{name} = {{ path = {:?} }}\n", root.join(room));
         let manifest = "[package]\nname = \"includes-a-law\"\nedition = \"2024\"\n[workspace]\n[dependencies]\n".to_string()
             + &dependency("pdlang-macros", "macros")
             + &dependency("pdlang-runtime", "runtime");
@@ -39,8 +40,14 @@ impl Crate {
     fn check(&self) -> Output {
         let target = Path::new(env!("CARGO_TARGET_TMPDIR")).join("../tests/trybuild");
         let mut cargo = Command::new(env!("CARGO"));
-        cargo.args(["check", "--offline", "--quiet", "--color=never"]).current_dir(&self.0);
-        cargo.env("CARGO_TARGET_DIR", target).env_remove("RUSTFLAGS").output().unwrap()
+        cargo
+            .args(["check", "--offline", "--quiet", "--color=never"])
+            .current_dir(&self.0);
+        cargo
+            .env("CARGO_TARGET_DIR", target)
+            .env_remove("RUSTFLAGS")
+            .output()
+            .unwrap()
     }
 
     /// What rustc says about the law as it stands.
@@ -52,7 +59,11 @@ impl Crate {
 
     fn accepts(&self) {
         let output = self.check();
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        assert!(
+            output.status.success(),
+            "{}",
+            String::from_utf8_lossy(&output.stderr)
+        );
     }
 }
 
@@ -72,12 +83,20 @@ fn a_changed_law_file_is_built_again_and_its_errors_show_its_lines() {
     user.accepts();
 
     user.law(&SPRING.replace("model spring", "model coil"));
-    assert!(user.complaint().contains("unresolved module or unlinked crate `spring`"), "{}", user.complaint());
+    assert!(
+        user.complaint()
+            .contains("unresolved module or unlinked crate `spring`"),
+        "{}",
+        user.complaint()
+    );
 
     user.law(&SPRING.replace("x*s^2", "x*strech^2"));
     let complaint = user.complaint();
     assert!(complaint.contains("laws/spring.pd:6:"), "{complaint}");
-    assert!(complaint.contains("energy W = c/4 * sum(x*strech^2)"), "{complaint}");
+    assert!(
+        complaint.contains("energy W = c/4 * sum(x*strech^2)"),
+        "{complaint}"
+    );
     // The module is there all the same, so that nothing else in the program is wrong.
     assert!(!complaint.contains("unresolved"), "{complaint}");
 

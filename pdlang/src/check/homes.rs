@@ -20,8 +20,8 @@ pub(crate) fn too_far(
         _ => "this is a node value: each node has its own",
     };
     let message = match home {
-        Home::Constant => format!("{what} `{}` is not constant", name.text),
-        _ => format!("{what} `{}` needs a sum over the bonds", name.text),
+        Home::Constant => format!("`{}` is not constant", name.text),
+        _ => format!("the {what} `{}` needs a sum over the bonds", name.text),
     };
     let finding = Diagnostic::error(CODE, message).at(blamed, label).at(
         name.span,

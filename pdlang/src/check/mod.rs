@@ -39,7 +39,7 @@ pub(crate) mod unused; // PD102: a definition that nothing uses
 #[cfg(test)]
 pub(crate) mod tests;
 
-use crate::ir::{Home, Shape};
+use crate::ir::Shape;
 
 /// A shape in words.
 pub(crate) fn shape_name(shape: Shape) -> &'static str {
@@ -49,14 +49,5 @@ pub(crate) fn shape_name(shape: Shape) -> &'static str {
         Shape::Symmetric => "a symmetric tensor",
         Shape::Tensor => "a tensor",
         Shape::Boolean => "a condition",
-    }
-}
-
-/// A home in words.
-pub(crate) fn home_name(home: Home) -> &'static str {
-    match home {
-        Home::Constant => "a constant",
-        Home::Node => "a node value",
-        Home::Bond => "a bond value",
     }
 }

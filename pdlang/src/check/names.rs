@@ -7,21 +7,44 @@ use crate::span::Span;
 
 const CODE: &str = "PD002";
 
+/// What a name means elsewhere.
+#[derive(Clone, Copy)]
+pub(crate) enum Meaning {
+    Function,
+    ValueOfLaws,
+}
+
 pub(crate) fn unknown_value(
     name: &str,
     span: Span,
     candidates: &[String],
-    is_function: bool,
+    meaning: Option<Meaning>,
 ) -> Diagnostic {
     let finding =
         Diagnostic::error(CODE, format!("`{name}` is not defined")).at(span, "unknown name");
-    match suggest::question(name, candidates) {
-        _ if is_function => finding.help(format!(
+    match (meaning, suggest::question(name, candidates)) {
+        (Some(Meaning::Function), _) => finding.help(format!(
             "`{name}` is a function: write its arguments in parentheses"
         )),
-        Some(question) => finding.help(question),
-        None => finding,
+        (Some(Meaning::ValueOfLaws), _) => finding.help(format!(
+            "`{name}` means something in laws; here, there is {}",
+            list(candidates)
+        )),
+        (None, Some(question)) => finding.help(question),
+        // Outside of laws, few names mean anything: all of them can be said.
+        (None, None) if candidates.len() <= 8 => {
+            finding.help(format!("here, there is {}", list(candidates)))
+        }
+        (None, None) => finding,
     }
+}
+
+fn list(names: &[String]) -> String {
+    names
+        .iter()
+        .map(|name| format!("`{name}`"))
+        .collect::<Vec<_>>()
+        .join(", ")
 }
 
 pub(crate) fn unknown_function(

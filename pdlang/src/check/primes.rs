@@ -1,15 +1,13 @@
 //! PD021: a prime on what has no other end.
 
 use crate::diag::Diagnostic;
-use crate::ir::Expr;
 use crate::span::Span;
 
 const CODE: &str = "PD021";
 
-pub(crate) fn constant(inner: &Expr, span: Span) -> Diagnostic {
+pub(crate) fn constant(span: Span) -> Diagnostic {
     Diagnostic::error(CODE, "a constant is the same at both ends of a bond")
-        .at(span, "primed")
-        .at(inner.span, "a constant")
+        .at(span, "a prime on a constant")
         .help("leave out the prime")
 }
 

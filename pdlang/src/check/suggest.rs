@@ -5,7 +5,11 @@ pub(crate) fn nearest<S: AsRef<str>>(
     word: &str,
     candidates: impl IntoIterator<Item = S>,
 ) -> Option<String> {
-    let limit = (word.chars().count() / 3).max(1);
+    // A word of two letters is close to every other one: only its case may differ.
+    let limit = match word.chars().count() {
+        0..=2 => 0,
+        letters => (letters / 3).max(1),
+    };
     let mut best: Option<(usize, String)> = None;
     for candidate in candidates {
         let candidate = candidate.as_ref();
@@ -42,7 +46,6 @@ mod tests {
         assert_eq!(nearest("thetta", ["theta", "m", "e"]), Some("theta".into()));
         assert_eq!(nearest("GPA", ["Pa", "GPa"]), Some("GPa".into()));
         assert_eq!(nearest("volume", ["theta", "m", "e"]), None);
-        // A single letter is close to every other letter, which is no reason to suggest one.
         assert_eq!(nearest("q", ["Q", "theta"]), Some("Q".into()));
     }
 }

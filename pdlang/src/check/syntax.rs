@@ -1,9 +1,29 @@
 //! PD001: the text is not a law.
 
+use crate::check::suggest;
 use crate::diag::Diagnostic;
 use crate::span::Span;
 
 const CODE: &str = "PD001";
+
+/// Words that start a definition, for "did you mean".
+const STARTS: [&str; 15] = [
+    "model",
+    "influence",
+    "fn",
+    "param",
+    "let",
+    "node",
+    "bond",
+    "energy",
+    "pair",
+    "state",
+    "field",
+    "rate",
+    "history",
+    "update",
+    "break",
+];
 
 /// What could have stood at the place of an error.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -13,14 +33,52 @@ pub(crate) enum Expected {
     /// As it is written.
     Token(&'static str),
     Operator,
+    /// The next definition of a model, of a file.
+    Item,
+    TopItem,
     End,
-    /// Possible everywhere, and no help.
-    Unit,
+    /// Possible almost anywhere, and no help.
+    Anywhere,
+}
+
+/// `before` is the last token of an earlier line, after which something may be missing.
+pub(crate) fn unexpected(
+    span: Span,
+    token: &str,
+    before: Option<Span>,
+    expected: Vec<Expected>,
+) -> Diagnostic {
+    let message = match token {
+        "" => "the text ends too early".to_string(),
+        "\"" => "this text in quotes does not end on its line".to_string(),
+        _ => format!("`{token}` cannot stand here"),
+    };
+    let finding = Diagnostic::error(CODE, message);
+    let starts = expected
+        .iter()
+        .any(|e| matches!(e, Expected::Item | Expected::TopItem));
+    let list = alternatives(&in_order(expected));
+    let finding = match before {
+        _ if list.is_empty() || token == "\"" => finding.at(span, ""),
+        Some(before) if !starts => finding
+            .at(span, "")
+            .at(before, format!("after this, expected {list}")),
+        _ => finding.at(span, format!("expected {list}")),
+    };
+    match suggest::question(token, STARTS).filter(|_| starts) {
+        Some(question) => finding.help(question),
+        None => finding,
+    }
 }
 
 /// Descriptions in a fixed order, each once: words, then tokens, then operators, then the end.
-pub(crate) fn in_order(expected: impl Iterator<Item = Expected>) -> Vec<String> {
-    let mut ranked: Vec<(u8, String)> = expected.filter_map(describe).collect();
+fn in_order(expected: Vec<Expected>) -> Vec<String> {
+    // After a name, an operator is as good as the parentheses of a call, and shorter to say.
+    let after_name = expected.contains(&Expected::Operator);
+    let said = expected
+        .into_iter()
+        .filter(|e| !after_name || !matches!(e, Expected::Token("(" | "[")));
+    let mut ranked: Vec<(u8, String)> = said.filter_map(describe).collect();
     ranked.sort();
     ranked.dedup();
     ranked.into_iter().map(|(_, text)| text).collect()
@@ -31,30 +89,10 @@ fn describe(expected: Expected) -> Option<(u8, String)> {
         Expected::Word(text) => Some((0, text.into())),
         Expected::Token(text) => Some((1, format!("`{text}`"))),
         Expected::Operator => Some((2, "an operator".into())),
-        Expected::End => Some((3, "the end of the text".into())),
-        Expected::Unit => None,
-    }
-}
-
-/// `before` is the end of the line before, where what is missing would stand.
-pub(crate) fn unexpected(
-    span: Span,
-    token: &str,
-    before: Option<Span>,
-    expected: &[String],
-) -> Diagnostic {
-    let message = match token {
-        "" => "the text ends too early".to_string(),
-        _ => format!("`{token}` cannot stand here"),
-    };
-    let list = alternatives(expected);
-    let diagnostic = Diagnostic::error(CODE, message);
-    match before {
-        Some(line) if !list.is_empty() => diagnostic
-            .at(span, "")
-            .at(line, format!("after this, expected {list}")),
-        _ if !list.is_empty() => diagnostic.at(span, format!("expected {list}")),
-        _ => diagnostic.at(span, ""),
+        Expected::Item => Some((3, "the next definition".into())),
+        Expected::TopItem => Some((3, "`model`, `influence` or `fn`".into())),
+        Expected::End => Some((4, "the end of the text".into())),
+        Expected::Anywhere => None,
     }
 }
 

@@ -13,12 +13,7 @@ impl Elaborator<'_> {
     /// A `let`, `node` or `bond`, as the next definition of the law.
     pub(crate) fn define(&mut self, written: &ast::Definition) -> Option<DefId> {
         let expr = self.elaborate(&written.expr)?;
-        let fits = self.lives_at(
-            ast_home_word(written.home),
-            &written.name,
-            written.home,
-            expr,
-        );
+        let fits = self.lives_at(home_word(written.home), &written.name, written.home, expr);
         self.matches(written.annotation.as_ref(), expr)?;
         fits?;
         let (shape, unit) = (self.expr(expr).shape, self.expr(expr).unit.clone());
@@ -299,9 +294,9 @@ impl Elaborator<'_> {
     }
 }
 
-fn ast_home_word(home: Home) -> &'static str {
+fn home_word(home: Home) -> &'static str {
     match home {
-        Home::Constant => "let",
+        Home::Constant => "constant",
         Home::Node => "node value",
         Home::Bond => "bond value",
     }

@@ -16,13 +16,13 @@ use crate::resolve::library::Library;
 use crate::resolve::names;
 use crate::span::Span;
 use crate::units::{self, Unit};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
-/// Functions inside functions, and the expressions of one law: bounds that only a law written to
+/// Functions inside functions, the height of an expression, and the expressions of one law: bounds that only a law written to
 /// exhaust the compiler reaches.
 const MAX_CALLS: usize = 40;
 const MAX_HEIGHT: usize = 240;
-const MAX_EXPRS: usize = 100_000;
+const MAX_STEPS: usize = 100_000;
 
 /// What a name of a model stands for.
 #[derive(Clone, Copy, Debug)]
@@ -76,7 +76,11 @@ pub(crate) struct Elaborator<'a> {
     facts: Vec<Facts>,
     shared: HashMap<(String, bool), Option<DefId>>,
     scopes: Vec<Scope>,
+    /// Functions in which something was found.
+    faulty: HashSet<String>,
     height: usize,
+    /// Expressions elaborated so far, inlined ones included.
+    steps: usize,
 }
 
 impl<'a> Elaborator<'a> {
@@ -107,7 +111,9 @@ impl<'a> Elaborator<'a> {
             facts: Vec::new(),
             shared: HashMap::new(),
             scopes: vec![scope],
+            faulty: HashSet::new(),
             height: 0,
+            steps: 0,
         }
     }
 
@@ -145,24 +151,24 @@ impl<'a> Elaborator<'a> {
         unit.describe(&names)
     }
 
-    /// Reports a finding. What it says about the inside of the prelude is said about its use.
-    pub(crate) fn complain(&mut self, mut finding: Diagnostic) {
-        let call = self
-            .scopes
-            .iter()
-            .rev()
-            .find_map(|scope| scope.call.filter(|call| !call.prelude));
-        for (span, _) in &mut finding.labels {
-            if let (true, Some(call)) = (span.prelude, call) {
-                *span = call;
+    /// Reports a finding. What it says about the inside of the prelude is said about its use; what it
+    /// says about the inside of a function of the file, together with its use.
+    pub(crate) fn complain(&mut self, finding: Diagnostic) {
+        let mut inner = self.scopes.iter().rev();
+        let used = inner.find_map(|scope| {
+            Some((
+                scope.name.as_str(),
+                scope.call.filter(|call| !call.prelude)?,
+            ))
+        });
+        let finding = match used {
+            Some((name, call)) if finding.labels.iter().any(|(span, _)| span.prelude) => {
+                finding.seen_from(name, call)
             }
-        }
-        match call {
-            Some(call) if finding.span() != call => {
-                self.report.push(finding.at(call, "in what is used here"))
-            }
-            _ => self.report.push(finding),
-        }
+            Some((name, call)) => finding.at(call, format!("`{name}` is used here")),
+            None => finding,
+        };
+        self.report.push(finding);
     }
 
     /// `None`, having said why.
@@ -179,9 +185,6 @@ impl<'a> Elaborator<'a> {
         unit: Unit,
         span: Span,
     ) -> Option<ExprId> {
-        if self.exprs.len() >= MAX_EXPRS {
-            return None;
-        }
         let definition = match &kind {
             ExprKind::Def(def) => Some(self.facts(self.defs[def.index()].expr)),
             _ => None,
@@ -199,9 +202,6 @@ impl<'a> Elaborator<'a> {
             span,
         });
         self.facts.push(facts);
-        if self.exprs.len() == MAX_EXPRS {
-            return self.wrong(check::size::too_large(span));
-        }
         Some(ExprId(self.exprs.len() as u32 - 1))
     }
 
@@ -222,6 +222,14 @@ impl<'a> Elaborator<'a> {
     pub(crate) fn elaborate(&mut self, written: &ast::Expr) -> Option<ExprId> {
         if self.height >= MAX_HEIGHT {
             return self.wrong(check::size::too_deep(written.span));
+        }
+        self.steps += 1;
+        if self.steps >= MAX_STEPS {
+            // Said once; from here on every expression is given up.
+            return match self.steps == MAX_STEPS {
+                true => self.wrong(check::size::too_large(written.span)),
+                false => None,
+            };
         }
         self.height += 1;
         let result = self.dispatch(written);
@@ -381,16 +389,25 @@ impl<'a> Elaborator<'a> {
             ),
             None => {
                 let candidates = self.visible_values();
-                let is_function =
-                    names::is_function(name) || self.library.function(name, false).is_some();
+                let meaning = self.other_meaning(name);
                 self.wrong(check::names::unknown_value(
                     name,
                     span,
                     &candidates,
-                    is_function,
+                    meaning,
                 ))
             }
         }
+    }
+
+    /// What a name means elsewhere, when it is no value here.
+    fn other_meaning(&self, name: &str) -> Option<check::names::Meaning> {
+        use check::names::Meaning;
+        if names::is_function(name) || self.library.function(name, false).is_some() {
+            return Some(Meaning::Function);
+        }
+        let in_laws = names::is_primitive(name) || self.library.definition(name, false).is_some();
+        in_laws.then_some(Meaning::ValueOfLaws)
     }
 
     /// Every value that could have been meant here.
@@ -418,8 +435,10 @@ impl<'a> Elaborator<'a> {
             );
         } else {
             names.extend(names::PURE.map(String::from));
+            names.extend((self.context == Context::Influence).then(|| "delta".to_string()));
         }
         names.sort();
+        names.dedup();
         names
     }
 
@@ -460,10 +479,27 @@ impl<'a> Elaborator<'a> {
         if self.scopes.len() > MAX_CALLS {
             return self.wrong(check::size::too_deep(span));
         }
+        let (found, name, prelude) = (self.report.len(), scope.name.clone(), scope.prelude);
         self.scopes.push(scope);
         let result = body(self);
         self.scopes.pop();
+        self.say_once(found, name, prelude);
         result
+    }
+
+    /// Of what was found in a function of the prelude, one finding is enough for a user; what was found
+    /// in a function of the file is found again at its next use.
+    fn say_once(&mut self, found: usize, name: String, prelude: bool) {
+        if self.report.len() == found {
+            return;
+        }
+        let first_time = self.faulty.insert(name);
+        let enough = match (prelude, first_time) {
+            (true, _) => found + 1,
+            (false, true) => self.report.len(),
+            (false, false) => found,
+        };
+        self.report.truncate(enough);
     }
 
     // ---- calls

@@ -56,8 +56,11 @@ pub(crate) fn law(model: &Model, library: &Library, report: &mut Vec<Diagnostic>
         breaks,
         exprs: law.exprs,
     };
-    order::unused(model, &mut findings);
-    let sound = model.broken.is_empty() && !findings.iter().any(Diagnostic::is_error);
+    let sound = model.complete && !findings.iter().any(Diagnostic::is_error);
+    if sound {
+        // In a law with errors, what seems unused may be needed where the error is.
+        order::unused(model, &mut findings);
+    }
     report.append(&mut findings);
     sound.then_some(law)
 }
@@ -140,7 +143,7 @@ fn count_answers(model: &Model, report: &mut Vec<Diagnostic>) {
             _ => {}
         }
     }
-    if model.broken.is_empty()
+    if model.complete
         && !model
             .items
             .iter()

@@ -4,7 +4,7 @@ use crate::ast;
 use crate::check;
 use crate::ir::{BinaryOp, Builtin, CompareOp, ExprId, ExprKind, FamilyId, Home, Reduction, Shape};
 use crate::resolve::elaborate::{Context, Elaborator};
-use crate::resolve::facts::LENGTH;
+use crate::resolve::facts::{BOND, LENGTH};
 use crate::resolve::walk::operands;
 use crate::span::Span;
 use crate::units::Unit;
@@ -229,7 +229,7 @@ impl Elaborator<'_> {
         let (shape, unit) = (self.shape(inner), self.unit(inner));
         match (&self.expr(inner).kind, self.expr(inner).home) {
             (ExprKind::Prime(_), _) => self.wrong(check::primes::twice(span)),
-            (_, Home::Constant) => self.wrong(check::primes::constant(self.expr(inner), span)),
+            (_, Home::Constant) => self.wrong(check::primes::constant(span)),
             _ => self.push(ExprKind::Prime(inner), shape, Home::Bond, unit, span),
         }
     }
@@ -293,9 +293,12 @@ impl Elaborator<'_> {
         )
     }
 
-    /// Where an expression is more than a function of the reference bond, and why.
+    /// Where an expression is more than a function of the reference bond, and why. That it changes is
+    /// worse than that it depends on the direction.
     pub(crate) fn beyond(&self, id: ExprId, want: usize) -> Option<(Span, &'static str)> {
-        let why = self.facts(id).beyond[want]?;
+        let flaws = &self.facts(id).beyond;
+        let want = if flaws[BOND].is_some() { BOND } else { want };
+        let why = flaws[want]?;
         Some((
             self.blamed(id, |law, part| law.facts(part).beyond[want].is_some()),
             why,

@@ -49,7 +49,10 @@ impl Engine {
                 .map(|p| (p.name.clone(), p.compiled))
                 .collect(),
             bond_bytes,
-            node_bytes: self.layout.bytes() + bytes(&self.arrays) + 8 * state * self.layout.len,
+            node_bytes: self.layout.bytes()
+                + 32 * (self.x_records.len() + self.u_records.len())
+                + bytes(&self.arrays)
+                + 8 * state * self.layout.len,
             constants: self.constants.clone(),
         }
     }

@@ -3,6 +3,7 @@ use super::geometry::Geometry;
 use super::program::Program;
 use super::{Engine, Home, State};
 use crate::kernel::Run;
+use crate::lane::Record;
 use crate::layout::Shape;
 use crate::spec::Stage;
 use crate::traverse::{CHUNK, Call, MAX_GEOMETRY, MAX_HISTORIES, MAX_SLOTS};
@@ -95,7 +96,8 @@ impl Engine {
         let state = &s.families[p.family];
         let mut call = Call {
             u: [null(); 3],
-            x: [null(); 3],
+            u_records: self.u_records.as_ptr(),
+            x_records: self.x_records.as_ptr(),
             own: [null(); MAX_SLOTS],
             nbr: [null(); MAX_SLOTS],
             out: [null_mut(); MAX_SLOTS],
@@ -130,7 +132,6 @@ impl Engine {
         };
         for a in 0..self.spec.dim {
             call.u[a] = s.u[a].as_ptr();
-            call.x[a] = self.layout.x[a].as_ptr();
         }
         for (to, &slot) in call.own.iter_mut().zip(&p.own) {
             *to = self.values(slot, s);
@@ -207,6 +208,28 @@ impl Engine {
         }
         for values in s.u.iter_mut().chain(&mut s.v).chain(&mut s.slots) {
             self.layout.ghosts.refresh(values);
+        }
+    }
+
+    /// Displacements as the cloud traversal reads them.
+    pub(super) fn pack(&mut self, s: &State) {
+        if self.lattice {
+            return;
+        }
+        let u = &s.u;
+        let one = |(slot, r): (usize, &mut Record)| {
+            for (to, u) in r.0.iter_mut().zip(u) {
+                *to = u[slot];
+            }
+        };
+        if rayon::current_num_threads() > 1 {
+            self.u_records
+                .par_iter_mut()
+                .with_min_len(4096)
+                .enumerate()
+                .for_each(one);
+        } else {
+            self.u_records.iter_mut().enumerate().for_each(one);
         }
     }
 

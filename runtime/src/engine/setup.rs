@@ -5,6 +5,7 @@ use super::program::{Choice, Program, programs};
 use super::redo::Redo;
 use super::{BondData, Engine, Home, Isa, Law, Settings, SetupError, Traversal, check, memory};
 use crate::body::Body;
+use crate::lane::Record;
 use crate::layout::{
     Family, Filter, INCLUSIVE, Layout, cloud, lattice, partial_volume, plan_lattice,
 };
@@ -217,7 +218,20 @@ fn assemble(
         .map(|f| bond_data(&spec, &programs, &layout, &families[f], f))
         .collect();
     let redo = Redo::new(&programs, spec.slots.len(), layout.chunks());
+    let records = |v: &dyn Fn(usize) -> [f64; 3]| -> Vec<Record> {
+        let record = |slot: usize| {
+            let [a, b, c] = v(slot);
+            Record([a, b, c, 0.0])
+        };
+        if lattice {
+            vec![]
+        } else {
+            (0..layout.len).map(record).collect()
+        }
+    };
     Engine {
+        x_records: records(&|slot| layout.position(slot)),
+        u_records: records(&|_| [0.0; 3]),
         arrays: (0..arrays).map(|_| vec![0.0; layout.len]).collect(),
         broken: vec![0; layout.chunks()],
         spec,

@@ -1,7 +1,7 @@
 //! AVX2 and FMA: four nodes in a register.
 // SAFETY (whole file): every intrinsic needs only instructions of this set, and values of the type exist
 // only below a wrapper that runs on processors which have it (see the module above).
-use super::{Memory, Sealed, lane_by_lane, powi};
+use super::{Memory, Record, Sealed, lane_by_lane, powi};
 use crate::kernel::Lane;
 use std::arch::x86_64::*;
 
@@ -131,7 +131,28 @@ impl Memory for Avx2 {
     }
     #[inline(always)]
     unsafe fn gather(p: *const f64, index: *const u32) -> Self {
-        Self(unsafe { _mm256_i32gather_pd::<8>(p, _mm_loadu_si128(index.cast())) })
+        unsafe {
+            let low = pair(p, index, 0);
+            Self(_mm256_insertf128_pd::<1>(
+                _mm256_castpd128_pd256(low),
+                pair(p, index, 2),
+            ))
+        }
+    }
+    #[inline(always)]
+    unsafe fn gather_records(p: *const Record, index: *const u32) -> [Self; 4] {
+        unsafe {
+            let (a, b) = (record(p, index, 0), record(p, index, 1));
+            let (c, d) = (record(p, index, 2), record(p, index, 3));
+            let (even, odd) = (_mm256_unpacklo_pd(a, b), _mm256_unpackhi_pd(a, b));
+            let (even2, odd2) = (_mm256_unpacklo_pd(c, d), _mm256_unpackhi_pd(c, d));
+            [
+                Self(_mm256_permute2f128_pd::<0x20>(even, even2)),
+                Self(_mm256_permute2f128_pd::<0x20>(odd, odd2)),
+                Self(_mm256_permute2f128_pd::<0x31>(even, even2)),
+                Self(_mm256_permute2f128_pd::<0x31>(odd, odd2)),
+            ]
+        }
     }
     /// Shifts bit k into the sign of lane k.
     #[inline(always)]
@@ -156,4 +177,18 @@ impl Memory for Avx2 {
     fn prefetch(p: *const u8) {
         unsafe { _mm_prefetch::<_MM_HINT_T0>(p.cast()) }
     }
+}
+
+/// Values at two places.
+#[inline(always)]
+pub(super) unsafe fn pair(p: *const f64, index: *const u32, k: usize) -> __m128d {
+    unsafe {
+        let low = _mm_load_sd(p.add(*index.add(k) as usize));
+        _mm_loadh_pd(low, p.add(*index.add(k + 1) as usize))
+    }
+}
+
+#[inline(always)]
+pub(super) unsafe fn record(p: *const Record, index: *const u32, k: usize) -> __m256d {
+    unsafe { _mm256_load_pd(p.add(*index.add(k) as usize).cast()) }
 }

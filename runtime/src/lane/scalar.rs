@@ -1,5 +1,5 @@
 //! `f64` as the lane of one node: the reference, and the only lane on other processors than x86-64.
-use super::{Memory, Sealed, powi};
+use super::{Memory, Record, Sealed, powi};
 use crate::kernel::Lane;
 
 impl Sealed for f64 {}
@@ -130,6 +130,10 @@ impl Memory for f64 {
     #[inline(always)]
     unsafe fn gather(p: *const f64, index: *const u32) -> f64 {
         unsafe { *p.add(*index as usize) }
+    }
+    #[inline(always)]
+    unsafe fn gather_records(p: *const Record, index: *const u32) -> [f64; 4] {
+        unsafe { (*p.add(*index as usize)).0 }
     }
     #[inline(always)]
     fn mask(bits: u8) -> bool {

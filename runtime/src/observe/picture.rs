@@ -130,8 +130,8 @@ fn layout(sim: &Simulation, picture: &Picture, nodes: &[u32]) -> Layout {
     );
     let text = (0.021 * f64::from(picture.width)).clamp(11.0, 40.0).round();
     Layout {
-        left: text * 1.5,
-        top: text * 3.4,
+        left: (text * 1.5).round(),
+        top: (text * 3.4).round(),
         width,
         height,
         scale,
@@ -376,9 +376,17 @@ fn compass(canvas: &mut Canvas, layout: &Layout, view: View, base: f64) {
 
 /// Round numbers in a range, about `count` of them.
 fn ticks(low: f64, high: f64, count: f64) -> Vec<f64> {
-    let step = nice_above((high - low) / count);
-    let first = (low / step - 1e-9).ceil() as i64;
-    let last = (high / step + 1e-9).floor() as i64;
+    let within = |step: f64| {
+        (
+            (low / step - 1e-9).ceil() as i64,
+            (high / step + 1e-9).floor() as i64,
+        )
+    };
+    let mut step = nice_above((high - low) / count);
+    if within(step).1 - within(step).0 < 2 {
+        step = nice_below(0.5 * step);
+    }
+    let (first, last) = within(step);
     (first..=last.min(first + 20))
         .map(|k| k as f64 * step)
         .collect()
@@ -451,7 +459,10 @@ fn quantity_text(x: f64, unit: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::draw::WHITE;
     use super::*;
+    use crate::body::Flavour;
+    use crate::simulate::End;
 
     #[test]
     fn numbers_read_well() {
@@ -468,7 +479,33 @@ mod tests {
     fn ticks_are_round() {
         let t: Vec<String> = ticks(0.0, 1.0, 6.0).into_iter().map(number).collect();
         assert_eq!(t, ["0", "0.2", "0.4", "0.6", "0.8", "1"]);
-        assert_eq!(ticks(-3.2, 7.9, 5.0), [0.0, 5.0]);
+        assert_eq!(ticks(-3.2, 7.9, 5.0), [-2.0, 0.0, 2.0, 4.0, 6.0]);
+        assert_eq!(ticks(-48.0, 48.0, 2.4), [-40.0, -20.0, 0.0, 20.0, 40.0]);
         assert_eq!(nice_below(0.0222), 0.02);
+    }
+
+    #[test]
+    fn lattices_tile_without_seams() {
+        let mut setup = crate::run::tests::block([17.0, 11.0, 1.0], Flavour::PlaneStress, 1.0);
+        setup.end = End::Steps(0);
+        let mut sim = Simulation::new(setup).unwrap();
+        sim.run(&mut ()).unwrap();
+        for width in 300..340 {
+            let picture = Picture {
+                name: "top".into(),
+                quantity: "damage".into(),
+                view: View::Top,
+                range: None,
+                width,
+                deformed: false,
+                region: None,
+            };
+            let layout = layout(&sim, &picture, &(0..187).collect::<Vec<u32>>());
+            let canvas = draw(&mut sim, &picture).unwrap();
+            let (left, top) = (layout.left as i64, layout.top as i64);
+            let (right, bottom) = (left + layout.width as i64, top + layout.height as i64);
+            let gap = (left..right).any(|x| (top..bottom).any(|y| canvas.pixel(x, y) == WHITE));
+            assert!(!gap, "{width}");
+        }
     }
 }

@@ -88,7 +88,7 @@ impl Row {
 
     /// Totals at the accepted step of a simulation; `lost` is left 0.
     pub(crate) fn of(sim: &mut Simulation) -> Row {
-        let bonds = sim.engine.report().bonds;
+        let bonds = sim.bonds;
         let [kinetic, p0, p1, p2, l0, l1, l2] = motion(sim);
         let mut row = Row {
             step: sim.state.step,

@@ -1,7 +1,7 @@
 //! Cloud traversal: neighbour lists in SELL-8, nodes in lanes.
-use super::{CHUNK, Call, Nodes, Row, load};
+use super::{CHUNK, Call, Nodes, Row};
 use crate::kernel::{Bond, Sweep, norm_squared};
-use crate::lane::Memory;
+use crate::lane::{Memory, Record};
 
 /// Rows ahead at which the index and geometry streams are fetched.
 const AHEAD: usize = 24;
@@ -63,17 +63,33 @@ impl<L: Memory, const D: usize, const MASKED: bool> Bond<L, D> for Column<'_, L,
     }
 }
 
+/// Components of the records at the places of an index row.
+#[inline(always)]
+unsafe fn at_places<L: Memory, const D: usize>(
+    records: *const Record,
+    index: *const u32,
+) -> [L; D] {
+    let all = unsafe { L::gather_records(records, index) };
+    let mut v = [L::splat(0.0); D];
+    let mut a = 0;
+    while a < D {
+        v[a] = all[a];
+        a += 1;
+    }
+    v
+}
+
 /// Differences to the other ends.
 #[inline(always)]
 unsafe fn across<L: Memory, const D: usize>(
-    from: &[*const f64; 3],
+    records: *const Record,
     index: *const u32,
     own: &[L; D],
 ) -> [L; D] {
-    let mut v = *own;
+    let mut v: [L; D] = unsafe { at_places(records, index) };
     let mut a = 0;
     while a < D {
-        v[a] = unsafe { L::gather(from[a], index) }.sub(own[a]);
+        v[a] = v[a].sub(own[a]);
         a += 1;
     }
     v
@@ -87,7 +103,7 @@ pub(super) unsafe fn chunks<L: Memory, S: Sweep<D>, const D: usize, const MASKED
     from: usize,
     to: usize,
 ) {
-    let (u, x, nbr, geometry) = (call.u, call.x, call.nbr, call.geometry);
+    let (u, x, nbr, geometry) = (call.u_records, call.x_records, call.nbr, call.geometry);
     let mut chunk = from;
     while chunk < to {
         unsafe {
@@ -99,6 +115,12 @@ pub(super) unsafe fn chunks<L: Memory, S: Sweep<D>, const D: usize, const MASKED
             let mut part = 0;
             while part < CHUNK / L::W {
                 let at = base + part * L::W;
+                let mut here = [0u32; CHUNK];
+                let mut k = 0;
+                while k < CHUNK {
+                    here[k] = (at + k) as u32;
+                    k += 1;
+                }
                 let mut nodes = Nodes::<MASKED> {
                     call,
                     at,
@@ -106,8 +128,8 @@ pub(super) unsafe fn chunks<L: Memory, S: Sweep<D>, const D: usize, const MASKED
                 };
                 let pre = sweep.pre::<L, _>(&nodes);
                 let mut acc = sweep.zero::<L>();
-                let ui: [L; D] = load(&u, at);
-                let xi: [L; D] = load(&x, at);
+                let ui: [L; D] = at_places(u, here.as_ptr());
+                let xi: [L; D] = at_places(x, here.as_ptr());
                 let mut row = first;
                 while row < last {
                     let view = Row::<L, MASKED>::new(call, chunk, row, part);
@@ -117,8 +139,8 @@ pub(super) unsafe fn chunks<L: Memory, S: Sweep<D>, const D: usize, const MASKED
                         geometry: &geometry,
                         nbr: &nbr,
                         index,
-                        xi: across(&x, index, &xi),
-                        eta: across(&u, index, &ui),
+                        xi: across(x, index, &xi),
+                        eta: across(u, index, &ui),
                         row: view,
                     };
                     sweep.bond(&pre, &mut bond, &mut acc);

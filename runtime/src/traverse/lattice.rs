@@ -1,5 +1,5 @@
 //! Lattice traversal: the family is a stencil, every load is contiguous.
-use super::{CHUNK, Call, Nodes, Row, load};
+use super::{CHUNK, Call, Nodes, Row};
 use crate::kernel::{Bond, Sweep};
 use crate::lane::Memory;
 
@@ -54,6 +54,18 @@ impl<L: Memory, const D: usize, const MASKED: bool> Bond<L, D> for Entry<'_, L, 
     fn add(&self, acc: &mut L, a: L, b: L) {
         self.row.add(acc, a, b)
     }
+}
+
+/// Loads one value per direction.
+#[inline(always)]
+unsafe fn load<L: Memory, const D: usize>(from: &[*const f64; 3], at: usize) -> [L; D] {
+    let mut v = [L::splat(0.0); D];
+    let mut a = 0;
+    while a < D {
+        v[a] = unsafe { L::load(from[a].add(at)) };
+        a += 1;
+    }
+    v
 }
 
 /// Runs a sweep on the chunks `from..to`.

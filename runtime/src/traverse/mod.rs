@@ -13,7 +13,7 @@ mod lattice;
 pub(crate) use interpreted::interpreted;
 
 use crate::kernel::{Node, Sweep};
-use crate::lane::Memory;
+use crate::lane::{Memory, Record};
 use crate::tape::TapeSweep;
 
 /// Nodes in a chunk, and bits in a row's mask.
@@ -27,8 +27,10 @@ pub const MAX_HISTORIES: usize = 16;
 
 /// Everything one run of one sweep reads and writes, as addresses. Made by the engine.
 pub struct Call {
+    /// Displacements: arrays on a lattice, records in a cloud, where positions are records too.
     pub(crate) u: [*const f64; 3],
-    pub(crate) x: [*const f64; 3],
+    pub(crate) u_records: *const Record,
+    pub(crate) x_records: *const Record,
     pub(crate) own: [*const f64; MAX_SLOTS],
     pub(crate) nbr: [*const f64; MAX_SLOTS],
     pub(crate) out: [*mut f64; MAX_SLOTS],
@@ -173,18 +175,6 @@ impl<'a, L: Memory, const MASKED: bool> Row<'a, L, MASKED> {
         };
         unsafe { v.store(self.call.next[k].add(self.cell())) }
     }
-}
-
-/// Loads one value per direction.
-#[inline(always)]
-unsafe fn load<L: Memory, const D: usize>(from: &[*const f64; 3], at: usize) -> [L; D] {
-    let mut v = [L::splat(0.0); D];
-    let mut a = 0;
-    while a < D {
-        v[a] = unsafe { L::load(from[a].add(at)) };
-        a += 1;
-    }
-    v
 }
 
 macro_rules! instances {

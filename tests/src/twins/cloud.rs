@@ -1,0 +1,362 @@
+//! SELL-8 kernels in AVX-512 intrinsics: nodes in lanes, records loaded and transposed instead of gathered,
+//! geometry streams, software prefetch.
+use super::lattice::root;
+use super::scene::{DX, HORIZON};
+use std::arch::x86_64::*;
+
+const AHEAD: usize = 24;
+
+/// The scene as neighbour lists over slots in a given order.
+pub struct Twin {
+    /// Columns `start[c]..start[c + 1]` of the block of nodes 8 c ..
+    start: Vec<usize>,
+    index: Vec<u32>,
+    bits: Vec<u8>,
+    limit: Vec<f64>,
+    pmb: Vec<f64>,
+    lps: [Vec<f64>; 2],
+    x: [Vec<f64>; 3],
+    x_records: Vec<Record>,
+    u_records: Vec<Record>,
+    pub u: [Vec<f64>; 3],
+    pub f: [Vec<f64>; 3],
+    pub a: Vec<f64>,
+    pub b: Vec<f64>,
+    pub q: Vec<f64>,
+}
+
+impl Twin {
+    /// `slot`: slot of node (i, j, k) at i + n (j + n k); `len`: length of node arrays.
+    pub fn new(n: usize, slot: &[u32], len: usize, c: f64, s0: f64) -> Twin {
+        assert!(is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq"));
+        let zero = || vec![0.0; len];
+        let mut t = Twin {
+            start: vec![0],
+            index: vec![],
+            bits: vec![],
+            limit: vec![],
+            pmb: vec![],
+            lps: [vec![], vec![]],
+            x: [zero(), zero(), zero()],
+            x_records: vec![Record([0.0; 4]); len],
+            u_records: vec![Record([0.0; 4]); len],
+            u: [zero(), zero(), zero()],
+            f: [zero(), zero(), zero()],
+            a: zero(),
+            b: zero(),
+            q: zero(),
+        };
+        let mut cell = vec![[0usize; 3]; slot.len()];
+        for (node, &s) in slot.iter().enumerate() {
+            cell[s as usize] = [node % n, node / n % n, node / n / n];
+            for a in 0..3 {
+                t.x[a][s as usize] = cell[s as usize][a] as f64 * DX;
+            }
+        }
+        pack(&t.x, &mut t.x_records);
+        for block in cell.chunks(8).enumerate() {
+            t.block(n, slot, block.0 * 8, block.1, c, s0);
+        }
+        t
+    }
+
+    fn block(
+        &mut self,
+        n: usize,
+        slot: &[u32],
+        first: usize,
+        cells: &[[usize; 3]],
+        c: f64,
+        s0: f64,
+    ) {
+        let lists: Vec<Vec<u32>> = cells
+            .iter()
+            .map(|&cell| neighbours(n, slot, cell))
+            .collect();
+        let columns = lists.iter().map(Vec::len).max().unwrap_or(0);
+        for column in 0..columns {
+            let mut byte = 0u8;
+            for lane in 0..8 {
+                let list = lists.get(lane).map_or(&[][..], |l| l);
+                let there = column < list.len();
+                byte |= (there as u8) << lane;
+                let j = list
+                    .get(column)
+                    .or(list.last())
+                    .map_or(first as u32, |j| *j) as usize;
+                self.index.push(j as u32);
+                self.geometry(first + lane, j, there, c, s0);
+            }
+            self.bits.push(byte);
+        }
+        self.start.push(self.bits.len());
+    }
+
+    fn geometry(&mut self, i: usize, j: usize, there: bool, c: f64, s0: f64) {
+        let xi = [0, 1, 2].map(|a| self.x[a][j] - self.x[a][i]);
+        let x = (xi[0] * xi[0] + xi[1] * xi[1] + xi[2] * xi[2]).sqrt();
+        let inside = x <= HORIZON - 0.5 * DX;
+        let volume = DX.powi(3);
+        let w = if inside {
+            volume
+        } else {
+            (HORIZON + 0.5 * DX - x) / DX * volume
+        };
+        let w = if there { w } else { 0.0 };
+        self.limit.push(1.0 / (x * (1.0 + s0)));
+        self.pmb.push(w * c);
+        self.lps[0].push(w * x);
+        self.lps[1].push(w);
+    }
+
+    /// PMB with breaking.
+    pub fn pmb(&mut self) {
+        // SAFETY: checked in `new`; indices are slots.
+        pack(&self.u, &mut self.u_records);
+        unsafe { self.pmb_avx512() }
+    }
+
+    /// LPS: dilatation (with breaking), then force.
+    pub fn lps(&mut self) {
+        // SAFETY: as above.
+        pack(&self.u, &mut self.u_records);
+        unsafe {
+            self.dilatation_avx512();
+            self.force_avx512();
+        }
+    }
+
+    #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
+    unsafe fn pmb_avx512(&mut self) {
+        unsafe {
+            let (x, u) = (self.x_records.as_ptr(), self.u_records.as_ptr());
+            let bits = self.bits.as_mut_ptr();
+            for c in 0..self.start.len() - 1 {
+                let at = 8 * c;
+                let (xi, ui) = (own(x, at), own(u, at));
+                let mut f = [_mm512_setzero_pd(); 3];
+                for row in self.start[c]..self.start[c + 1] {
+                    let (y, square, ix) =
+                        deformed(x, u, &xi, &ui, self.index.as_ptr().add(8 * row));
+                    let iy = root(square);
+                    let mut k = *bits.add(row);
+                    let dead =
+                        _mm512_mask_cmp_pd_mask::<_CMP_LT_OQ>(k, iy, stream(&self.limit, row));
+                    if dead != 0 {
+                        k &= !dead;
+                        *bits.add(row) = k;
+                    }
+                    let d = _mm512_maskz_sub_pd(k, ix, iy);
+                    let t = _mm512_mul_pd(stream(&self.pmb, row), d);
+                    f[0] = _mm512_fmadd_pd(t, y[0], f[0]);
+                    f[1] = _mm512_fmadd_pd(t, y[1], f[1]);
+                    f[2] = _mm512_fmadd_pd(t, y[2], f[2]);
+                }
+                _mm512_storeu_pd(self.f[0].as_mut_ptr().add(at), f[0]);
+                _mm512_storeu_pd(self.f[1].as_mut_ptr().add(at), f[1]);
+                _mm512_storeu_pd(self.f[2].as_mut_ptr().add(at), f[2]);
+            }
+        }
+    }
+
+    #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
+    unsafe fn dilatation_avx512(&mut self) {
+        unsafe {
+            let (x, u) = (self.x_records.as_ptr(), self.u_records.as_ptr());
+            let bits = self.bits.as_mut_ptr();
+            for c in 0..self.start.len() - 1 {
+                let at = 8 * c;
+                let (xi, ui) = (own(x, at), own(u, at));
+                let mut sum = _mm512_setzero_pd();
+                for row in self.start[c]..self.start[c + 1] {
+                    let (_, square, ix) =
+                        deformed(x, u, &xi, &ui, self.index.as_ptr().add(8 * row));
+                    let iy = root(square);
+                    let mut k = *bits.add(row);
+                    let dead =
+                        _mm512_mask_cmp_pd_mask::<_CMP_LT_OQ>(k, iy, stream(&self.limit, row));
+                    if dead != 0 {
+                        k &= !dead;
+                        *bits.add(row) = k;
+                    }
+                    let d = _mm512_sub_pd(ix, iy);
+                    let y = _mm512_mul_pd(square, iy);
+                    let extension = _mm512_maskz_mul_pd(k, y, d);
+                    sum = _mm512_fmadd_pd(stream(&self.lps[0], row), extension, sum);
+                }
+                let a = _mm512_mul_pd(sum, _mm512_loadu_pd(self.q.as_ptr().add(at)));
+                _mm512_storeu_pd(self.a.as_mut_ptr().add(at), a);
+            }
+        }
+    }
+
+    #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
+    unsafe fn force_avx512(&mut self) {
+        unsafe {
+            let (x, u) = (self.x_records.as_ptr(), self.u_records.as_ptr());
+            let (pa, pb) = (self.a.as_ptr(), self.b.as_ptr());
+            for c in 0..self.start.len() - 1 {
+                let at = 8 * c;
+                let (xi, ui) = (own(x, at), own(u, at));
+                let (ai, bi) = (_mm512_loadu_pd(pa.add(at)), _mm512_loadu_pd(pb.add(at)));
+                let mut f = [_mm512_setzero_pd(); 3];
+                for row in self.start[c]..self.start[c + 1] {
+                    let index = self.index.as_ptr().add(8 * row);
+                    let (y, square, ix) = deformed(x, u, &xi, &ui, index);
+                    let iy = root(square);
+                    let d = _mm512_sub_pd(ix, iy);
+                    let aj = gather(pa, index);
+                    let bj = gather(pb, index);
+                    let t = _mm512_mul_pd(_mm512_add_pd(ai, aj), iy);
+                    let t = _mm512_fmadd_pd(_mm512_add_pd(bi, bj), d, t);
+                    let t = _mm512_maskz_mul_pd(
+                        *self.bits.as_ptr().add(row),
+                        stream(&self.lps[1], row),
+                        t,
+                    );
+                    f[0] = _mm512_fmadd_pd(t, y[0], f[0]);
+                    f[1] = _mm512_fmadd_pd(t, y[1], f[1]);
+                    f[2] = _mm512_fmadd_pd(t, y[2], f[2]);
+                }
+                _mm512_storeu_pd(self.f[0].as_mut_ptr().add(at), f[0]);
+                _mm512_storeu_pd(self.f[1].as_mut_ptr().add(at), f[1]);
+                _mm512_storeu_pd(self.f[2].as_mut_ptr().add(at), f[2]);
+            }
+        }
+    }
+}
+
+/// Slots within the horizon, ascending.
+fn neighbours(n: usize, slot: &[u32], cell: [usize; 3]) -> Vec<u32> {
+    let mut list = vec![];
+    let range = |c: usize| c.saturating_sub(3)..(c + 4).min(n);
+    for k in range(cell[2]) {
+        for j in range(cell[1]) {
+            for i in range(cell[0]) {
+                let d = [i, j, k]
+                    .iter()
+                    .zip(cell)
+                    .map(|(a, b)| (*a as f64 - b as f64).powi(2))
+                    .sum::<f64>();
+                if d > 0.0 && d.sqrt() * DX <= HORIZON {
+                    list.push(slot[i + n * (j + n * k)]);
+                }
+            }
+        }
+    }
+    list.sort_unstable();
+    list
+}
+
+/// Three components of a node in half a cache line.
+#[derive(Clone)]
+#[repr(C, align(32))]
+struct Record([f64; 4]);
+
+fn pack(v: &[Vec<f64>; 3], records: &mut [Record]) {
+    for (slot, r) in records.iter_mut().enumerate() {
+        r.0 = [v[0][slot], v[1][slot], v[2][slot], 0.0];
+    }
+}
+
+#[inline]
+#[target_feature(enable = "avx512f")]
+unsafe fn own(v: *const Record, at: usize) -> [__m512d; 3] {
+    let index: [u32; 8] = std::array::from_fn(|k| (at + k) as u32);
+    unsafe { components(v, index.as_ptr()) }
+}
+
+/// Components of eight records.
+#[inline]
+#[target_feature(enable = "avx512f")]
+unsafe fn components(v: *const Record, index: *const u32) -> [__m512d; 3] {
+    unsafe {
+        let mut r = [_mm512_setzero_pd(); 4];
+        let mut k = 0;
+        while k < 4 {
+            let low = _mm256_load_pd(v.add(*index.add(k) as usize).cast());
+            let high = _mm256_load_pd(v.add(*index.add(k + 4) as usize).cast());
+            r[k] = _mm512_insertf64x4::<1>(_mm512_castpd256_pd512(low), high);
+            k += 1;
+        }
+        let (even, even2) = (
+            _mm512_unpacklo_pd(r[0], r[1]),
+            _mm512_unpacklo_pd(r[2], r[3]),
+        );
+        let (odd, odd2) = (
+            _mm512_unpackhi_pd(r[0], r[1]),
+            _mm512_unpackhi_pd(r[2], r[3]),
+        );
+        let low = _mm512_setr_epi64(0, 1, 8, 9, 4, 5, 12, 13);
+        let high = _mm512_setr_epi64(2, 3, 10, 11, 6, 7, 14, 15);
+        [
+            _mm512_permutex2var_pd(even, low, even2),
+            _mm512_permutex2var_pd(odd, low, odd2),
+            _mm512_permutex2var_pd(even, high, even2),
+        ]
+    }
+}
+
+/// Eight single values.
+#[inline]
+#[target_feature(enable = "avx512f,avx")]
+unsafe fn gather(v: *const f64, index: *const u32) -> __m512d {
+    unsafe {
+        let mut pair = [_mm_setzero_pd(); 4];
+        let mut k = 0;
+        while k < 4 {
+            let low = _mm_load_sd(v.add(*index.add(2 * k) as usize));
+            pair[k] = _mm_loadh_pd(low, v.add(*index.add(2 * k + 1) as usize));
+            k += 1;
+        }
+        let low = _mm256_insertf128_pd::<1>(_mm256_castpd128_pd256(pair[0]), pair[1]);
+        let high = _mm256_insertf128_pd::<1>(_mm256_castpd128_pd256(pair[2]), pair[3]);
+        _mm512_insertf64x4::<1>(_mm512_castpd256_pd512(low), high)
+    }
+}
+
+/// Eight values of a row, the ones that come later fetched ahead.
+#[inline]
+#[target_feature(enable = "avx512f")]
+unsafe fn stream(v: &[f64], row: usize) -> __m512d {
+    unsafe {
+        let p = v.as_ptr().add(8 * row);
+        _mm_prefetch::<_MM_HINT_T0>(p.wrapping_add(8 * AHEAD).cast());
+        _mm512_loadu_pd(p)
+    }
+}
+
+/// Y = xi + eta, |Y|^2, 1/|xi|.
+#[inline]
+#[target_feature(enable = "avx512f")]
+unsafe fn deformed(
+    x: *const Record,
+    u: *const Record,
+    xi: &[__m512d; 3],
+    ui: &[__m512d; 3],
+    index: *const u32,
+) -> ([__m512d; 3], __m512d, __m512d) {
+    unsafe {
+        _mm_prefetch::<_MM_HINT_T0>(index.wrapping_add(8 * AHEAD).cast());
+        let (xj, uj) = (components(x, index), components(u, index));
+        let mut y = *ui;
+        let mut xi = *xi;
+        let mut a = 0;
+        while a < 3 {
+            xi[a] = _mm512_sub_pd(xj[a], xi[a]);
+            y[a] = _mm512_add_pd(xi[a], _mm512_sub_pd(uj[a], ui[a]));
+            a += 1;
+        }
+        let square = _mm512_fmadd_pd(
+            y[2],
+            y[2],
+            _mm512_fmadd_pd(y[1], y[1], _mm512_mul_pd(y[0], y[0])),
+        );
+        let reference = _mm512_fmadd_pd(
+            xi[2],
+            xi[2],
+            _mm512_fmadd_pd(xi[1], xi[1], _mm512_mul_pd(xi[0], xi[0])),
+        );
+        (y, square, root(reference))
+    }
+}

@@ -1,0 +1,297 @@
+//! Lattice kernels in AVX-512 intrinsics: rows of eight nodes, a stencil table, one mask byte per row.
+use super::scene::{DX, HORIZON};
+use std::arch::x86_64::*;
+
+/// One stencil entry, its values in the order of use.
+#[repr(C)]
+struct Entry {
+    offset: isize,
+    xi: [f64; 3],
+    ix: f64,
+    limit: f64,
+    /// c w (PMB), omega w x^2 and omega w x (LPS).
+    pmb: f64,
+    lps: [f64; 2],
+}
+
+/// The scene in a padded box, x fastest.
+pub struct Twin {
+    n: usize,
+    reach: usize,
+    row: usize,
+    entries: Vec<Entry>,
+    /// First slot of every chunk; one byte per chunk and entry.
+    chunks: Vec<usize>,
+    bits: Vec<u8>,
+    pub u: [Vec<f64>; 3],
+    pub f: [Vec<f64>; 3],
+    /// LPS: A = (3K - 5G) theta / m, B = 15 G / m, q = 9 (3K - 5G) / m^2.
+    pub a: Vec<f64>,
+    pub b: Vec<f64>,
+    pub q: Vec<f64>,
+}
+
+impl Twin {
+    /// `c`: PMB constant; `s0`: critical stretch. The processor must have AVX-512.
+    pub fn new(n: usize, c: f64, s0: f64) -> Twin {
+        assert!(is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq"));
+        let reach = (HORIZON / DX) as usize;
+        let row = (n.next_multiple_of(8)).max(n + reach).next_multiple_of(8);
+        let side = n + 2 * reach;
+        let len = side * side * row + 8 + 8 + reach;
+        let zero = || vec![0.0; len];
+        let mut t = Twin {
+            n,
+            reach,
+            row,
+            entries: vec![],
+            chunks: vec![],
+            bits: vec![],
+            u: [zero(), zero(), zero()],
+            f: [zero(), zero(), zero()],
+            a: zero(),
+            b: zero(),
+            q: zero(),
+        };
+        t.stencil(c, s0);
+        t.masks();
+        t
+    }
+
+    /// Slot of a cell.
+    pub fn slot(&self, cell: [usize; 3]) -> usize {
+        let [i, j, k] = cell;
+        ((k + self.reach) * (self.n + 2 * self.reach) + j + self.reach) * self.row + 8 + i
+    }
+
+    fn stencil(&mut self, c: f64, s0: f64) {
+        let h = self.reach as isize;
+        let volume = DX.powi(3);
+        for k in -h..=h {
+            for j in -h..=h {
+                for i in -h..=h {
+                    let xi = [i, j, k].map(|c| c as f64 * DX);
+                    let r2 = xi[2].mul_add(xi[2], xi[1].mul_add(xi[1], xi[0] * xi[0]));
+                    let x = (xi[0] * xi[0] + xi[1] * xi[1] + xi[2] * xi[2]).sqrt();
+                    if x == 0.0 || x > HORIZON {
+                        continue;
+                    }
+                    let inside = x <= HORIZON - 0.5 * DX;
+                    let w = if inside {
+                        volume
+                    } else {
+                        (HORIZON + 0.5 * DX - x) / DX * volume
+                    };
+                    self.entries.push(Entry {
+                        offset: (k * (self.n as isize + 2 * h) + j) * self.row as isize + i,
+                        xi,
+                        // SAFETY: checked in `new`.
+                        ix: unsafe { reciprocal_root(r2) },
+                        limit: 1.0 / (x * (1.0 + s0)),
+                        pmb: w * c,
+                        lps: [w * x, w],
+                    });
+                }
+            }
+        }
+    }
+
+    fn masks(&mut self) {
+        let n = self.n as isize;
+        let h = self.reach as isize;
+        let inside = |c: isize| (0..n).contains(&c);
+        for k in 0..self.n {
+            for j in 0..self.n {
+                for i in (0..self.n).step_by(8) {
+                    self.chunks.push(self.slot([i, j, k]));
+                    for dk in -h..=h {
+                        for dj in -h..=h {
+                            for di in -h..=h {
+                                let r = ((di * di + dj * dj + dk * dk) as f64).sqrt() * DX;
+                                if r == 0.0 || r > HORIZON {
+                                    continue;
+                                }
+                                let row = inside(j as isize + dj) && inside(k as isize + dk);
+                                let mut byte = 0u8;
+                                for lane in 0..8 {
+                                    let at = (i + lane) as isize;
+                                    byte |= ((row && inside(at) && inside(at + di)) as u8) << lane;
+                                }
+                                self.bits.push(byte);
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// PMB with breaking.
+    pub fn pmb(&mut self) {
+        // SAFETY: checked in `new`; offsets of the stencil stay inside the padded box.
+        unsafe { self.pmb_avx512() }
+    }
+
+    /// LPS: dilatation (with breaking), then force.
+    pub fn lps(&mut self) {
+        // SAFETY: as above.
+        unsafe {
+            self.dilatation_avx512();
+            self.force_avx512();
+        }
+    }
+
+    #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
+    unsafe fn pmb_avx512(&mut self) {
+        unsafe {
+            let u = [self.u[0].as_ptr(), self.u[1].as_ptr(), self.u[2].as_ptr()];
+            let mut bits = self.bits.as_mut_ptr();
+            let first = self.entries.as_ptr();
+            let end = first.add(self.entries.len());
+            for &at in &self.chunks {
+                let ui = [load(u[0], at), load(u[1], at), load(u[2], at)];
+                let mut f = [_mm512_setzero_pd(); 3];
+                let mut e = first;
+                while e != end {
+                    let (y, square) = deformed(&u, &ui, at, e);
+                    let iy = root(square);
+                    let mut k = *bits;
+                    let dead =
+                        _mm512_mask_cmp_pd_mask::<_CMP_LT_OQ>(k, iy, _mm512_set1_pd((*e).limit));
+                    if dead != 0 {
+                        k &= !dead;
+                        *bits = k;
+                    }
+                    let d = _mm512_maskz_sub_pd(k, _mm512_set1_pd((*e).ix), iy);
+                    let t = _mm512_mul_pd(_mm512_set1_pd((*e).pmb), d);
+                    f[0] = _mm512_fmadd_pd(t, y[0], f[0]);
+                    f[1] = _mm512_fmadd_pd(t, y[1], f[1]);
+                    f[2] = _mm512_fmadd_pd(t, y[2], f[2]);
+                    e = e.add(1);
+                    bits = bits.add(1);
+                }
+                _mm512_storeu_pd(self.f[0].as_mut_ptr().add(at), f[0]);
+                _mm512_storeu_pd(self.f[1].as_mut_ptr().add(at), f[1]);
+                _mm512_storeu_pd(self.f[2].as_mut_ptr().add(at), f[2]);
+            }
+        }
+    }
+
+    #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
+    unsafe fn dilatation_avx512(&mut self) {
+        unsafe {
+            let u = [self.u[0].as_ptr(), self.u[1].as_ptr(), self.u[2].as_ptr()];
+            let mut bits = self.bits.as_mut_ptr();
+            let first = self.entries.as_ptr();
+            let end = first.add(self.entries.len());
+            for &at in &self.chunks {
+                let ui = [load(u[0], at), load(u[1], at), load(u[2], at)];
+                let mut sum = _mm512_setzero_pd();
+                let mut e = first;
+                while e != end {
+                    let (_, square) = deformed(&u, &ui, at, e);
+                    let iy = root(square);
+                    let mut k = *bits;
+                    let dead =
+                        _mm512_mask_cmp_pd_mask::<_CMP_LT_OQ>(k, iy, _mm512_set1_pd((*e).limit));
+                    if dead != 0 {
+                        k &= !dead;
+                        *bits = k;
+                    }
+                    let d = _mm512_sub_pd(_mm512_set1_pd((*e).ix), iy);
+                    let y = _mm512_mul_pd(square, iy);
+                    let extension = _mm512_maskz_mul_pd(k, y, d);
+                    sum = _mm512_fmadd_pd(_mm512_set1_pd((*e).lps[0]), extension, sum);
+                    e = e.add(1);
+                    bits = bits.add(1);
+                }
+                let a = _mm512_mul_pd(sum, load(self.q.as_ptr(), at));
+                _mm512_storeu_pd(self.a.as_mut_ptr().add(at), a);
+            }
+        }
+    }
+
+    #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
+    unsafe fn force_avx512(&mut self) {
+        unsafe {
+            let u = [self.u[0].as_ptr(), self.u[1].as_ptr(), self.u[2].as_ptr()];
+            let (pa, pb) = (self.a.as_ptr(), self.b.as_ptr());
+            let mut bits = self.bits.as_ptr();
+            let first = self.entries.as_ptr();
+            let end = first.add(self.entries.len());
+            for &at in &self.chunks {
+                let ui = [load(u[0], at), load(u[1], at), load(u[2], at)];
+                let (ai, bi) = (load(pa, at), load(pb, at));
+                let mut f = [_mm512_setzero_pd(); 3];
+                let mut e = first;
+                while e != end {
+                    let (y, square) = deformed(&u, &ui, at, e);
+                    let iy = root(square);
+                    let other = at.wrapping_add_signed((*e).offset);
+                    let d = _mm512_sub_pd(_mm512_set1_pd((*e).ix), iy);
+                    let t = _mm512_mul_pd(_mm512_add_pd(ai, load(pa, other)), iy);
+                    let t = _mm512_fmadd_pd(_mm512_add_pd(bi, load(pb, other)), d, t);
+                    let t = _mm512_maskz_mul_pd(*bits, _mm512_set1_pd((*e).lps[1]), t);
+                    f[0] = _mm512_fmadd_pd(t, y[0], f[0]);
+                    f[1] = _mm512_fmadd_pd(t, y[1], f[1]);
+                    f[2] = _mm512_fmadd_pd(t, y[2], f[2]);
+                    e = e.add(1);
+                    bits = bits.add(1);
+                }
+                _mm512_storeu_pd(self.f[0].as_mut_ptr().add(at), f[0]);
+                _mm512_storeu_pd(self.f[1].as_mut_ptr().add(at), f[1]);
+                _mm512_storeu_pd(self.f[2].as_mut_ptr().add(at), f[2]);
+            }
+        }
+    }
+}
+
+#[inline]
+#[target_feature(enable = "avx512f")]
+unsafe fn load(p: *const f64, at: usize) -> __m512d {
+    unsafe { _mm512_loadu_pd(p.add(at)) }
+}
+
+/// Y = xi + (u_j - u_i), and |Y|^2.
+#[inline]
+#[target_feature(enable = "avx512f")]
+unsafe fn deformed(
+    u: &[*const f64; 3],
+    ui: &[__m512d; 3],
+    at: usize,
+    e: *const Entry,
+) -> ([__m512d; 3], __m512d) {
+    unsafe {
+        let other = at.wrapping_add_signed((*e).offset);
+        let y0 = _mm512_add_pd(
+            _mm512_set1_pd((*e).xi[0]),
+            _mm512_sub_pd(load(u[0], other), ui[0]),
+        );
+        let y1 = _mm512_add_pd(
+            _mm512_set1_pd((*e).xi[1]),
+            _mm512_sub_pd(load(u[1], other), ui[1]),
+        );
+        let y2 = _mm512_add_pd(
+            _mm512_set1_pd((*e).xi[2]),
+            _mm512_sub_pd(load(u[2], other), ui[2]),
+        );
+        let square = _mm512_fmadd_pd(y2, y2, _mm512_fmadd_pd(y1, y1, _mm512_mul_pd(y0, y0)));
+        ([y0, y1, y2], square)
+    }
+}
+
+/// 1/sqrt(x): estimate and one step of fourth order.
+#[inline]
+#[target_feature(enable = "avx512f")]
+pub(super) fn root(x: __m512d) -> __m512d {
+    let y = _mm512_rsqrt14_pd(x);
+    let e = _mm512_fnmadd_pd(_mm512_mul_pd(x, y), y, _mm512_set1_pd(1.0));
+    let p = _mm512_fmadd_pd(e, _mm512_set1_pd(0.3125), _mm512_set1_pd(0.375));
+    let p = _mm512_fmadd_pd(e, p, _mm512_set1_pd(0.5));
+    _mm512_fmadd_pd(_mm512_mul_pd(y, e), p, y)
+}
+
+#[target_feature(enable = "avx512f")]
+fn reciprocal_root(x: f64) -> f64 {
+    _mm512_cvtsd_f64(root(_mm512_set1_pd(x)))
+}

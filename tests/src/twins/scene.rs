@@ -1,0 +1,87 @@
+//! The scene of every kernel measurement: a cubic lattice of n^3 nodes, horizon 3.015 dx.
+use pdlang_runtime::body::{Body, Flavour, Grid};
+use pdlang_runtime::engine::{Engine, Isa, Law, Settings, State, Traversal};
+use pdlang_runtime::kernel::CompiledKernel;
+use pdlang_runtime::spec::Spec;
+
+/// Lattice constant [m], horizon [m].
+pub const DX: f64 = 5e-4;
+pub const HORIZON: f64 = 3.015 * DX;
+
+/// PMB: c [N/m^6], critical stretch; K = 14.9 GPa, c = 18 K / (pi delta^4).
+pub fn pmb_params(s0: f64) -> Vec<f64> {
+    vec![18.0 * 14.9e9 / (std::f64::consts::PI * HORIZON.powi(4)), s0]
+}
+
+/// LPS: 3K - 5G, 15 G [Pa], critical stretch; K = 14.9 GPa, G = 6 GPa.
+pub fn lps_params(s0: f64) -> Vec<f64> {
+    vec![3.0 * 14.9e9 - 5.0 * 6e9, 15.0 * 6e9, s0]
+}
+
+pub fn body(n: u32) -> Body {
+    let mut cell = vec![];
+    for k in 0..n {
+        for j in 0..n {
+            for i in 0..n {
+                cell.push([i, j, k]);
+            }
+        }
+    }
+    Body {
+        flavour: Flavour::Solid,
+        x: cell.iter().map(|c| c.map(|c| c as f64 * DX)).collect(),
+        volume: vec![DX.powi(3); cell.len()],
+        cross: 1.0,
+        grid: Some(Grid {
+            origin: [0.0; 3],
+            spacing: DX,
+            shape: [n; 3],
+            cell,
+        }),
+        spacing: DX,
+        periodic: [None; 3],
+    }
+}
+
+pub fn engine(
+    body: &Body,
+    spec: Spec,
+    kernel: Option<&'static CompiledKernel>,
+    params: Vec<f64>,
+    traversal: Traversal,
+    isa: Isa,
+) -> Engine {
+    let settings = Settings {
+        params,
+        influences: vec![],
+        horizon: HORIZON,
+        partial_volume: true,
+        lattice_constants: false,
+        traversal,
+        isa: Some(isa),
+    };
+    Engine::new(body, Law { spec, kernel }, settings).expect("the scene is valid")
+}
+
+/// A smooth displacement of about 1e-2 dx with some noise, so that no two bonds are alike.
+pub fn displacement(x: [f64; 3], a: usize) -> f64 {
+    let [p, q, r] = x.map(|c| c / (50.0 * DX) * 7.0);
+    let wave = [
+        (p + 0.3 * q).sin() * r.cos(),
+        (q - r).sin(),
+        (0.5 * p).cos() * (q + r).sin(),
+    ][a];
+    let noise = ((x[0] * 7.3 + x[1] * 3.1 + x[2] * 5.7) / DX * 12.9898 + a as f64).sin();
+    1e-2 * DX * (wave + 0.1 * noise)
+}
+
+/// The state of an engine under [`displacement`].
+pub fn displaced(e: &Engine, body: &Body) -> State {
+    let mut s = e.state();
+    for (i, x) in body.x.iter().enumerate() {
+        for (a, u) in s.u.iter_mut().enumerate() {
+            u[e.slot(i)] = displacement(*x, a);
+        }
+    }
+    s
+}

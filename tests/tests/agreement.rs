@@ -1,0 +1,118 @@
+//! Oracle = compiled tapes = engine on every traversal and instruction set, interpreted and compiled, on
+//! random bodies, strains, influence functions and broken bonds, for every law and flavour.
+
+use pdlang::ir::Law;
+use pdlang_runtime::body::{Body, Flavour};
+use pdlang_tests::agreement::{Answer, Difference, Question, Scale};
+use pdlang_tests::{bodies, laws};
+
+/// Random cases per law, flavour and kind of body.
+const SEEDS: u64 = if cfg!(feature = "long") { 12 } else { 1 };
+
+/// Influence functions, one per case in turn.
+const INFLUENCES: [&str; 8] = [
+    "constant",
+    "inverse",
+    "softened(p = 3, eps = 0.5 mm)",
+    "power(p = 0.5)",
+    "gaussian(l = 0.7 mm)",
+    "linear",
+    "quintic",
+    "softened(p = 10, eps = 0.5 mm)",
+];
+
+fn bodies_of(flavour: Flavour, seed: u64) -> Vec<Body> {
+    let wide = |a: usize| if a < flavour.dim() { [11, 5, 5][a] } else { 1 };
+    let mut list = vec![bodies::carved(flavour, seed), bodies::cloud(flavour, seed)];
+    if flavour.dim() < 3 || cfg!(feature = "long") {
+        list.push(bodies::lattice(flavour, std::array::from_fn(wide), true));
+    }
+    list
+}
+
+fn questions(law: &Law, strain: f64) -> Vec<Question<'_>> {
+    let mut list = Vec::new();
+    for (k, flavour) in Flavour::ALL.into_iter().enumerate() {
+        for seed in 0..SEEDS {
+            for (n, body) in bodies_of(flavour, seed).into_iter().enumerate() {
+                let mut question = Question::deformed(law, body, strain, seed + n as u64);
+                let turn = 3 * k + n + seed as usize;
+                question.lattice_constants = question.body.grid.is_some() && turn % 2 == 1;
+                for influence in &mut question.influences {
+                    *influence = laws::influence(INFLUENCES[turn % INFLUENCES.len()]);
+                }
+                list.push(question);
+            }
+        }
+    }
+    list
+}
+
+fn check(what: &str, got: &Answer, expected: &Answer, scale: &Scale, bound: f64) -> Difference {
+    let difference = got.difference(expected, scale);
+    // An energy is a sum of squares of extensions, and so twice as sensitive to their rounding.
+    let worst = Difference { energy: difference.energy / 2.0, ..difference }.worst();
+    assert!(worst <= bound, "{what}: {difference}");
+    assert_eq!(got.breaks, expected.breaks, "{what}: bonds that break");
+    difference
+}
+
+/// All answers to all questions of a law at one strain agree to `bound` of the size of their terms.
+fn agree(law: &str, strain: f64, bound: f64) {
+    let law = laws::law(law);
+    let mut worst = Difference::default();
+    for question in questions(&law, strain) {
+        let (expected, scale) = question.oracle();
+        let mut plain = question.plain();
+        plain.breaks = expected.breaks;
+        let what = format!("{question} plain");
+        worst = worst.max(check(&what, &plain, &expected, &scale, bound));
+        question.everywhere(|what, engine| {
+            worst = worst.max(check(what, &question.ask(engine), &expected, &scale, bound));
+        });
+    }
+    println!("{} at strain {strain:e}: {worst}", law.name);
+}
+
+#[test]
+fn pmb() {
+    agree("pmb", 1e-2, 1e-13);
+}
+
+#[test]
+fn gpmb() {
+    agree("gpmb", 1e-2, 1e-13);
+}
+
+#[test]
+fn lps() {
+    agree("lps", 1e-2, 1e-13);
+}
+
+#[test]
+fn lps_frozen() {
+    agree("lps_frozen", 1e-2, 1e-13);
+}
+
+#[test]
+fn bond_heat() {
+    agree("bond_heat", 1e-2, 1e-13);
+}
+
+#[test]
+fn bond_memory() {
+    agree("bond_memory", 1e-2, 1e-13);
+}
+
+#[test]
+fn correspondence() {
+    agree("correspondence", 1e-2, 1e-13);
+}
+
+/// Extensions are differences of lengths: their rounding grows as the strain falls.
+#[test]
+fn rounding_grows_as_the_strain_falls_and_no_faster() {
+    for strain in [1e-1, 1e-3, 1e-5] {
+        agree("gpmb", strain, 1e-15 / strain);
+    }
+}

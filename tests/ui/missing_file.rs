@@ -1,0 +1,3 @@
+pdlang_macros::include_model!("laws/nowhere.pd");
+
+fn main() {}
