@@ -7,7 +7,12 @@ use pdlang_runtime::kernel::CompiledLaw;
 
 /// The catalogue's kernels: a module per law.
 pub mod laws {
-    pdlang_macros::include_model!("laws/pmb.pd", "laws/gpmb.pd", "laws/lps.pd", "laws/lps_frozen.pd");
+    pdlang_macros::include_model!(
+        "laws/pmb.pd",
+        "laws/gpmb.pd",
+        "laws/lps.pd",
+        "laws/lps_frozen.pd"
+    );
 }
 
 /// A law of the catalogue.

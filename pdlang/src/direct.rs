@@ -49,10 +49,11 @@ fn value(b: &mut Builder, exprs: &[Expr], id: ExprId) -> u32 {
 
 fn binary(b: &mut Builder, exprs: &[Expr], op: BinaryOp, p: ExprId, q: ExprId) -> u32 {
     let left = value(b, exprs, p);
-    if let (BinaryOp::Pow, ExprKind::Number(n)) = (op, &exprs[q.index()].kind) {
-        if n.fract() == 0.0 && n.abs() <= 64.0 {
-            return b.op(Op::Powi(left, *n as i32));
-        }
+    if let (BinaryOp::Pow, ExprKind::Number(n)) = (op, &exprs[q.index()].kind)
+        && n.fract() == 0.0
+        && n.abs() <= 64.0
+    {
+        return b.op(Op::Powi(left, *n as i32));
     }
     let right = value(b, exprs, q);
     b.op(match op {

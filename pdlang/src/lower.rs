@@ -441,7 +441,11 @@ impl<'a> Lowering<'a> {
             1 => Poly::int(1),
             2 => {
                 let m = pick(r + 1, c + 1);
-                if (r + c) % 2 == 0 { m } else { m.neg() }
+                if (r + c).is_multiple_of(2) {
+                    m
+                } else {
+                    m.neg()
+                }
             }
             // Cyclic indices carry the sign in three dimensions.
             _ => {

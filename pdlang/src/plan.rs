@@ -200,10 +200,10 @@ impl Algebra {
 /// Takes out the sign, or the whole coefficient of a bare atom.
 fn signed(p: &Poly) -> (Ratio, Poly) {
     let lead = p.0[0].1;
-    if let [(m, c)] = p.0.as_slice() {
-        if matches!(m.0.as_slice(), [(_, 1)]) {
-            return (*c, Poly(vec![(m.clone(), Ratio::ONE)]));
-        }
+    if let [(m, c)] = p.0.as_slice()
+        && matches!(m.0.as_slice(), [(_, 1)])
+    {
+        return (*c, Poly(vec![(m.clone(), Ratio::ONE)]));
     }
     if lead.is_negative() {
         (Ratio::int(-1), p.neg())

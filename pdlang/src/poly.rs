@@ -400,10 +400,10 @@ impl Algebra {
 
     /// 1/p. A single term is inverted in place; x + e is |Y|; anything else is a function.
     pub fn recip(&mut self, p: &Poly) -> Poly {
-        if let [(m, c)] = p.0.as_slice() {
-            if let Some(k) = Ratio::ONE.div(*c) {
-                return Poly(vec![(m.powi(-1), k)]);
-            }
+        if let [(m, c)] = p.0.as_slice()
+            && let Some(k) = Ratio::ONE.div(*c)
+        {
+            return Poly(vec![(m.powi(-1), k)]);
         }
         if *p == self.deformed_length() {
             return self.poly(Atom::InverseY);

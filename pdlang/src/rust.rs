@@ -12,7 +12,10 @@ use crate::tape::{Op, Tape};
 
 /// Stages whose sweeps are compiled; the others run from their tapes.
 pub fn is_compiled(stage: Stage) -> bool {
-    matches!(stage, Stage::Family | Stage::Step | Stage::Energy | Stage::Tangent)
+    matches!(
+        stage,
+        Stage::Family | Stage::Step | Stage::Energy | Stage::Tangent
+    )
 }
 
 /// A module named after the law, with `LAW`.

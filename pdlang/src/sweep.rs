@@ -288,11 +288,11 @@ impl SweepWriter<'_> {
     fn bond_factor(&mut self, f: &Factor) -> u32 {
         match f {
             Factor::Own(q) => match self.schedule.find(q, self.stage).map(|q| q.slot) {
-                Some(slot) => self.from_own(slot),
+                Some(slot) => self.read_own(slot),
                 None => self.bond.lit(0.0),
             },
             Factor::Nbr(q) => match self.schedule.find(q, self.stage).map(|q| q.slot) {
-                Some(slot) => self.from_nbr(slot),
+                Some(slot) => self.read_nbr(slot),
                 None => self.bond.lit(0.0),
             },
             Factor::InverseLength => self.inverse_length(),
@@ -309,14 +309,14 @@ impl SweepWriter<'_> {
         }
     }
 
-    fn from_own(&mut self, slot: u32) -> u32 {
+    fn read_own(&mut self, slot: u32) -> u32 {
         let k = position(&mut self.own, slot);
         let r = self.pre.op(Op::Own(k));
         let k = self.pre.out(r);
         self.bond.op(Op::Pre(k))
     }
 
-    fn from_nbr(&mut self, slot: u32) -> u32 {
+    fn read_nbr(&mut self, slot: u32) -> u32 {
         let k = position(&mut self.nbr, slot);
         self.bond.op(Op::Nbr(k))
     }
@@ -368,7 +368,7 @@ impl SweepWriter<'_> {
             }
             Atom::DEta(_) => {
                 let slot = self.schedule.state_slot(self.algebra, id);
-                let (far, near) = (self.from_nbr(slot), self.from_own(slot));
+                let (far, near) = (self.read_nbr(slot), self.read_own(slot));
                 self.bond.op(Op::Sub(far, near))
             }
             Atom::History(h) => {
@@ -398,7 +398,7 @@ impl SweepWriter<'_> {
             }
             _ => {
                 let slot = self.schedule.state_slot(self.algebra, a);
-                self.from_nbr(slot)
+                self.read_nbr(slot)
             }
         }
     }
@@ -509,15 +509,14 @@ impl SweepWriter<'_> {
         let mut needed = BTreeSet::new();
         closure(self.algebra, &Poly::atom(id), &mut needed);
         let formed_here = post && needed.iter().any(|s| self.accumulators.contains_key(s));
-        if !formed_here {
-            if let Some(slot) = self
+        if !formed_here
+            && let Some(slot) = self
                 .schedule
                 .find(&Poly::atom(id), self.stage)
                 .map(|q| q.slot)
-            {
-                let k = position(&mut self.own, slot);
-                return self.hand_on(Op::Own(k), post);
-            }
+        {
+            let k = position(&mut self.own, slot);
+            return self.hand_on(Op::Own(k), post);
         }
         match self.algebra.atom(id).clone() {
             Atom::State(StateKind::Slot | StateKind::Velocity | StateKind::Position, _) => {

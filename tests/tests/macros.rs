@@ -71,7 +71,7 @@ const SPRING: &str = "# Test law: a bond is a spring.
 model spring \"Spring\"
   cite \"Silling 2000, eq. 63\"
 {
-  param c : pressure/length^4 > 0 \"micromodulus\"
+  param c : [Pa/m^4] > 0 \"micromodulus\"
   energy W = c/4 * sum(x*s^2)
 }
 ";

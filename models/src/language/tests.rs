@@ -91,8 +91,8 @@ fn influence_functions_come_with_their_values() {
 fn laws_come_from_the_catalogue_or_from_a_file() {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     let law = |name: &str| Pdlang.law(name, here, 3);
-    assert_eq!(law("pmb").ok().expect("in the catalogue").spec.dim, 3);
-    assert_eq!(law("laws/lps.pd").ok().expect("a file").spec.law, "lps");
+    assert_eq!(law("pmb").expect("in the catalogue").spec.dim, 3);
+    assert_eq!(law("laws/lps.pd").expect("a file").spec.law, "lps");
     let error = law("pbm").err().expect("a typing error");
     assert!(error.help.is_some_and(|h| h.contains("pmb")));
     assert!(law("laws/none.pd").is_err());

@@ -38,7 +38,8 @@ pub(crate) fn param(written: &ast::Param, report: &mut Vec<Diagnostic>) -> Optio
         )?),
     };
     let chosen = default.zip(written.default.as_ref()).filter(|_| good);
-    if let Some((_, default)) = chosen.filter(|(value, _)| !bounds::contains(lower, upper, *value)) {
+    if let Some((_, default)) = chosen.filter(|(value, _)| !bounds::contains(lower, upper, *value))
+    {
         report.push(bounds::outside(name, default.span, last));
         good = false;
     }
