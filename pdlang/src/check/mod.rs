@@ -36,7 +36,6 @@ pub(crate) mod unit_of_response; // PD015: a response in the wrong unit
 pub(crate) mod units; // PD011: a unit or kind that does not exist
 pub(crate) mod unused; // PD102: a definition that nothing uses
 
-
 use crate::ir::Shape;
 
 /// A shape in words.

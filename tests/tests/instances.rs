@@ -1,0 +1,23 @@
+//! How much machine code the catalogue is: counted here, so that it grows only on purpose.
+
+use pdlang_models::registry::CATALOGUE;
+
+/// {lattice, cloud} x {whole, any} x {scalar, AVX2, AVX-512}.
+const INSTANCES_OF_A_SWEEP: usize = 2 * 2 * 3;
+
+#[test]
+fn compiled_sweeps_are_counted() {
+    let sweeps: Vec<(&str, usize)> = CATALOGUE
+        .iter()
+        .map(|e| {
+            let kernels = e.kernels.kernels.iter();
+            (e.name, kernels.map(|k| k.sweeps.len()).sum())
+        })
+        .collect();
+    // Three dimensions each. Bond-based: force, energy, tangent. LPS: weighted volume (not when frozen),
+    // dilatation, force, energy, and two for the tangent.
+    let expected = [("pmb", 9), ("gpmb", 9), ("lps", 18), ("lps_frozen", 15)];
+    assert_eq!(sweeps, expected);
+    let instances = sweeps.iter().map(|(_, n)| n).sum::<usize>() * INSTANCES_OF_A_SWEEP;
+    assert_eq!(instances, 612);
+}
