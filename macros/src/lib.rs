@@ -24,8 +24,8 @@ use proc_macro::TokenStream;
 /// let law = pdlang_runtime::law::Law::compiled(&spring::LAW, 3);
 /// ```
 ///
-/// The text must consist of Rust tokens: an apostrophe, as in `T'`, does not always; use a file for such a
-/// law. Every error of the text is reported, each underlining its own tokens.
+/// Rust's lexer reads the text first. It refuses a prime as in `T'` and signs such as `·`: put a law that needs
+/// them into a file. Every error of the text is reported, each underlining its own tokens.
 #[proc_macro]
 pub fn model(tokens: TokenStream) -> TokenStream {
     let layout = layout::Layout::of(tokens.into());
