@@ -39,6 +39,10 @@ impl Algebra {
             Atom::History(k) => self.poly(Atom::Reverse(k)),
             Atom::Reverse(k) => self.poly(Atom::History(k)),
             Atom::Named(name, p) => self.prime_named(id, name, &p),
+            // A function of sums is formed once at its own node, where a reciprocal of nothing is guarded.
+            Atom::Func(..) if self.nature(id).home == crate::ir::Home::Node => {
+                self.poly(Atom::Prime(id))
+            }
             Atom::Func(f, args) => {
                 let args = args.iter().map(|p| self.prime(p)).collect();
                 self.func(f, args)
@@ -215,15 +219,19 @@ impl Algebra {
 
     /// Partial derivative with respect to one atom, other reductions held.
     fn partial(&mut self, p: &Poly, target: AtomId) -> Poly {
-        self.along(
-            p,
-            &mut HashMap::new(),
-            &mut |algebra, id| match algebra.atom(id) {
-                _ if id == target => Some(Poly::int(1)),
-                Atom::Named(..) | Atom::Func(..) => None,
+        self.along(p, &mut HashMap::new(), &mut |algebra, id| {
+            if id == target {
+                return Some(Poly::int(1));
+            }
+            match (algebra.atom(id).clone(), algebra.atom(target).clone()) {
+                (Atom::Named(..) | Atom::Func(..), _) => None,
+                (Atom::Prime(far), Atom::Prime(inner)) => {
+                    let slope = algebra.partial(&Poly::atom(far), inner);
+                    Some(algebra.prime(&slope))
+                }
                 _ => Some(Poly::zero()),
-            },
-        )
+            }
+        })
     }
 
     /// Reductions that a polynomial contains: (atom, whether its value at the other end is meant).
@@ -234,8 +242,10 @@ impl Algebra {
                     Atom::Sum(..) => {
                         found.insert((*id, false), ());
                     }
-                    Atom::Prime(a) if matches!(self.atom(*a), Atom::Sum(..)) => {
-                        found.insert((*a, true), ());
+                    Atom::Prime(a) => {
+                        let mut far = BTreeMap::new();
+                        self.reductions(&Poly::atom(*a), &mut far);
+                        found.extend(far.into_keys().map(|(sum, _)| ((sum, true), ())));
                     }
                     Atom::Named(_, p) => self.reductions(p, found),
                     Atom::Func(_, args) => args.iter().for_each(|p| self.reductions(p, found)),

@@ -396,6 +396,11 @@ impl SweepWriter<'_> {
                 let p = self.algebra.prime(&p);
                 self.bond_value(&p)
             }
+            Atom::Func(f, args) => {
+                let args: Vec<Poly> = args.iter().map(|p| self.algebra.prime(p)).collect();
+                let args: Vec<u32> = args.iter().map(|p| self.bond_value(p)).collect();
+                function(&mut self.bond, f, &args, true)
+            }
             _ => {
                 let slot = self.schedule.state_slot(self.algebra, a);
                 self.read_nbr(slot)
