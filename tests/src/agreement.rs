@@ -364,12 +364,10 @@ impl Question<'_> {
     /// The state of this question, with the histories of its path committed, for an engine of it.
     pub fn state(&self, engine: &mut Engine) -> engine::State {
         let mut state = engine.state();
-        engine.cut(&mut state, &|a, b| {
-            self.is_broken(
-                bodies::node_at(&self.body, a),
-                bodies::node_at(&self.body, b),
-            )
-        });
+        if !self.broken.is_empty() {
+            let node = |x| bodies::node_at(&self.body, x);
+            engine.cut(&mut state, &|a, b| self.is_broken(node(a), node(b)));
+        }
         spread(engine, &self.v, &mut state.v);
         for (field, values) in self.law.fields.iter().zip(&self.fields) {
             let slot = engine
