@@ -10,7 +10,7 @@ use pdlang_runtime::body::Body;
 use pdlang_runtime::engine::{self, Breaking, Engine, Isa, Traversal};
 use pdlang_runtime::spec::{InfluenceFn, Spec};
 
-use crate::{bodies, bridge, laws, plain};
+use crate::{bodies, bridge, canaries, laws, plain};
 
 /// A law on a body in a state.
 #[derive(Clone)]
@@ -353,7 +353,9 @@ impl Question<'_> {
     }
 
     fn compiled(&self) -> Option<engine::Law> {
-        registry::find(&self.law.name).and_then(|entry| entry.compiled(self.dim()))
+        let name = &self.law.name;
+        let canary = || engine::Law::compiled(canaries::find(name)?, self.dim()).ok();
+        registry::find(name).map_or_else(canary, |entry| entry.compiled(self.dim()))
     }
 
     /// The law as tapes.

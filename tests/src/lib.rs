@@ -5,6 +5,7 @@ pub mod agreement;
 pub mod block;
 pub mod bodies;
 pub mod bridge;
+pub mod canaries;
 pub mod laws;
 pub mod naive;
 pub mod plain;

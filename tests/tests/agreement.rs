@@ -7,7 +7,7 @@ use pdlang_tests::agreement::{Answer, Difference, Question, Scale};
 use pdlang_tests::{bodies, laws};
 
 /// Random cases per law, flavour and kind of body.
-const SEEDS: u64 = if cfg!(feature = "long") { 12 } else { 1 };
+const SEEDS: u64 = if cfg!(feature = "long") { 20 } else { 3 };
 
 /// Influence functions, one per case in turn.
 const INFLUENCES: [&str; 8] = [

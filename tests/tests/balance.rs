@@ -171,8 +171,8 @@ fn run(question: &Question, dt: f64, steps: usize, mut watch: impl FnMut(f64, f6
     }
 }
 
-/// Over 10,000 steps at a quarter of the stable step the total energy wavers as Verlet's does, by a few percent of
-/// the step squared, and does not drift: the mean of the last tenth is that of the first.
+/// Over 10,000 steps at about a quarter of the stable step the total energy of a shaken block wavers by less than
+/// one percent, as Verlet's does, and does not drift: its mean over each tenth of the run stays within 5e-4.
 #[test]
 fn energy_neither_grows_nor_fades() {
     for name in ["pmb", "lps"] {
@@ -186,21 +186,20 @@ fn energy_neither_grows_nor_fades() {
             totals.push(kinetic + strain)
         });
         let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
-        let tenth = totals.len() / 10;
-        let (first, last) = (
-            mean(&totals[..tenth]),
-            mean(&totals[totals.len() - tenth..]),
-        );
+        let means: Vec<f64> = totals.chunks_exact(totals.len() / 10).map(mean).collect();
+        let first = means[0];
         let wavering = totals
             .iter()
             .fold(0.0_f64, |m, e| m.max((e / first - 1.0).abs()));
-        let drift = (last / first - 1.0).abs();
+        let drift = means
+            .iter()
+            .fold(0.0_f64, |m, e| m.max((e / first - 1.0).abs()));
         println!("{name}: wavering {wavering:.2e}, drift {drift:.2e}");
         assert!(
-            wavering <= 3e-2,
+            wavering <= 1e-2,
             "{name}: the energy wavers by {wavering:e}"
         );
-        assert!(drift <= 1e-4, "{name}: the energy drifts by {drift:e}");
+        assert!(drift <= 5e-4, "{name}: the energy drifts by {drift:e}");
     }
 }
 
