@@ -10,7 +10,7 @@ use pdlang_runtime::body::Body;
 use pdlang_runtime::engine::{self, Breaking, Engine, Isa, Traversal};
 use pdlang_runtime::spec::{InfluenceFn, Spec};
 
-use crate::{bodies, bridge, canaries, laws, plain};
+use crate::{bodies, bridge, canaries, laws, naive, plain};
 
 /// A law on a body in a state.
 #[derive(Clone)]
@@ -187,6 +187,17 @@ impl Question<'_> {
         question.fields = law.fields.iter().map(field).collect();
         question.partial_volume = seed % 2 == 1;
         question
+    }
+
+    /// Largest stretch of any bond, intact or not, in the last state of the path.
+    pub fn largest_stretch(&self) -> f64 {
+        let body = bridge::oracle_body(&self.body, self.horizon, false);
+        let u = self.path.last().expect("a path has a last state");
+        let stretch = |bond: &oracle::Bond| {
+            let y = std::array::from_fn(|a| bond.xi[a] + u[bond.to][a] - u[bond.from][a]);
+            (naive::norm(y) / bond.length() - 1.0).abs()
+        };
+        body.bonds.iter().map(stretch).fold(0.0, f64::max)
     }
 
     /// With other values for some parameters.

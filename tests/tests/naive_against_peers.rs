@@ -146,3 +146,69 @@ fn lps_of_cabanapd_with_influence_one() {
 fn lps_of_cabanapd_with_influence_one_over_r() {
     lps_of_cabanapd("lps_infl1", |x| 1.0 / x);
 }
+
+/// Bonds of LAMMPS break after their force was added, where the stretch exceeds the smaller s0 of its ends. The
+/// s0 of a node is 0.003 - 0.25 times the least stretch of its bonds, as the call before found it.
+struct Fracture {
+    bonds: Vec<naive::Bond>,
+    s0: Vec<f64>,
+}
+
+impl Fracture {
+    fn force(&mut self, u: &[[f64; 3]], c: f64) -> Vec<[f64; 3]> {
+        let force = naive::pmb_force(&self.bonds, u, c);
+        let mut least = vec![f64::INFINITY; u.len()];
+        for bond in self.bonds.iter_mut().filter(|bond| bond.intact) {
+            let stretch = naive::kinematics(bond, u).1 / bond.x;
+            least[bond.i] = least[bond.i].min(stretch);
+            bond.intact = stretch <= self.s0[bond.i].min(self.s0[bond.j]);
+        }
+        self.s0 = least.iter().map(|s| 0.003 - 0.25 * s).collect();
+        force
+    }
+
+    fn damage(&self) -> Vec<f64> {
+        let whole = naive::node_sum(&self.all(), self.s0.len(), |bond| VOLUME / bond.weight);
+        let left = naive::node_sum(&self.bonds, self.s0.len(), |bond| VOLUME / bond.weight);
+        whole
+            .iter()
+            .zip(left)
+            .map(|(whole, left)| 1.0 - left / whole)
+            .collect()
+    }
+
+    fn all(&self) -> Vec<naive::Bond> {
+        self.bonds
+            .iter()
+            .map(|bond| naive::Bond {
+                intact: true,
+                ..*bond
+            })
+            .collect()
+    }
+}
+
+#[test]
+fn fracture_of_lammps() {
+    let (bonds, c) = (bonds(true), naive::pmb_constant(K, DELTA));
+    let table = |step: usize| Table::read(&format!("lammps/pmb_frac.{step}")).unwrap();
+    let mut u = lammps_displacements(&table(0));
+    // The block was at rest in the call before, so that every s0 was 0.003.
+    let s0 = vec![0.003; u.len()];
+    let mut fracture = Fracture { bonds, s0 };
+    let mut calls = 0;
+    naive::verlet(&mut u, RHO, DT, 100, |u| {
+        let force = fracture.force(u, c);
+        if [0, 20, 100].contains(&calls) {
+            let table = table(calls);
+            let expected = lammps_displacements(&table);
+            let error = block::largest_difference(u, &expected) / AMPLITUDE;
+            below(&format!("u after {calls} steps / A"), error, 1e-11);
+            let forces = table.vectors(["fx", "fy", "fz"]);
+            below("force", relative_error(&force, &forces), 1e-11);
+            compare("damage", &fracture.damage(), &table.column("damage"), 1e-14);
+        }
+        calls += 1;
+        force
+    });
+}
