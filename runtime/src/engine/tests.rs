@@ -1,5 +1,6 @@
 //! Hand-written laws on small bodies, against double loops.
 pub(crate) mod laws;
+mod other;
 mod pmb;
 
 use super::*;

@@ -1,21 +1,24 @@
 //! The scene of every kernel measurement: a cubic lattice of n^3 nodes, horizon 3.015 dx.
 use pdlang_runtime::body::{Body, Flavour, Grid};
 use pdlang_runtime::engine::{Engine, Isa, Law, Settings, State, Traversal};
-use pdlang_runtime::kernel::CompiledKernel;
-use pdlang_runtime::spec::Spec;
+use pdlang_runtime::spec::InfluenceSpec;
 
 /// Lattice constant [m], horizon [m].
 pub const DX: f64 = 5e-4;
 pub const HORIZON: f64 = 3.015 * DX;
 
-/// PMB: c [N/m^6], critical stretch; K = 14.9 GPa, c = 18 K / (pi delta^4).
+/// Bulk and shear modulus [Pa].
+pub const K: f64 = 14.9e9;
+pub const G: f64 = 6e9;
+
+/// PMB: c [N/m^6], critical stretch; c = 18 K / (pi delta^4).
 pub fn pmb_params(s0: f64) -> Vec<f64> {
-    vec![18.0 * 14.9e9 / (std::f64::consts::PI * HORIZON.powi(4)), s0]
+    vec![18.0 * K / (std::f64::consts::PI * HORIZON.powi(4)), s0]
 }
 
-/// LPS: 3K - 5G, 15 G [Pa], critical stretch; K = 14.9 GPa, G = 6 GPa.
+/// LPS: 3K - 5G, 15 G [Pa], critical stretch.
 pub fn lps_params(s0: f64) -> Vec<f64> {
-    vec![3.0 * 14.9e9 - 5.0 * 6e9, 15.0 * 6e9, s0]
+    vec![3.0 * K - 5.0 * G, 15.0 * G, s0]
 }
 
 pub fn body(n: u32) -> Body {
@@ -43,24 +46,19 @@ pub fn body(n: u32) -> Body {
     }
 }
 
-pub fn engine(
-    body: &Body,
-    spec: Spec,
-    kernel: Option<&'static CompiledKernel>,
-    params: Vec<f64>,
-    traversal: Traversal,
-    isa: Isa,
-) -> Engine {
+/// The law on the scene, with the default influence functions of the law.
+pub fn engine(body: &Body, law: Law, params: Vec<f64>, traversal: Traversal, isa: Isa) -> Engine {
+    let influence = |i: &InfluenceSpec| (i.default.clone().expect("the law has a default"), vec![]);
     let settings = Settings {
         params,
-        influences: vec![],
+        influences: law.spec.influences.iter().map(influence).collect(),
         horizon: HORIZON,
         partial_volume: true,
         lattice_constants: false,
         traversal,
         isa: Some(isa),
     };
-    Engine::new(body, Law { spec, kernel }, settings).expect("the scene is valid")
+    Engine::new(body, law, settings).expect("the scene is valid")
 }
 
 /// A smooth displacement of about 1e-2 dx with some noise, so that no two bonds are alike.

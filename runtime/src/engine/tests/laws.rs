@@ -147,3 +147,187 @@ pub fn pmb(dim: usize) -> Spec {
     spec.sweeps = vec![s];
     spec
 }
+
+/// A law whose breaking sweep reads a family value at both ends: m = sum w x, A = sum w (m_i + m_j) e (broken
+/// where s > s0), f = sum w c (A_i + A_j) Y/|Y|. Parameters c, s0.
+pub fn live(dim: usize) -> Spec {
+    let d = dim as u32;
+    let mut spec = pmb(dim);
+    spec.law = "live".into();
+    spec.slots
+        .push(slot("m", SlotKind::Computed(Stage::Family)));
+    spec.slots.push(slot("A", SlotKind::Computed(Stage::Step)));
+    spec.named = vec![("m".into(), vec![d])];
+    let (m, a) = (d, d + 1);
+
+    let mut volume = sweep("volume", Stage::Family);
+    (volume.out, volume.accumulators, volume.post) = (vec![m], 1, accumulated(1));
+    let mut g = Writer::default();
+    let (w, x) = (g.op(Op::Weight), g.op(Op::X));
+    let wx = g.op(Op::Mul(w, x));
+    volume.geometry = g.tape(vec![wx]);
+    let mut b = Writer::default();
+    let (wx, one) = (b.op(Op::Geo(0)), b.op(Op::Lit(1.0)));
+    b.op(Op::AddTo(0, wx, one));
+    volume.bond = b.tape(vec![]);
+
+    let mut first = sweep("first", Stage::Step);
+    (first.kills, first.own, first.nbr, first.out) = (true, vec![m], vec![m], vec![a]);
+    (first.accumulators, first.post) = (1, accumulated(1));
+    first.geometry = spec.sweeps[0].geometry.clone();
+    first.pre = Tape {
+        ops: vec![Op::Own(0)],
+        outs: vec![0],
+    };
+    let mut b = Writer::default();
+    let (_, iy) = b.stretched(dim as u8);
+    let limit = b.op(Op::Geo(1));
+    let broken = b.op(Op::Lt(iy, limit));
+    b.op(Op::Kill(broken));
+    let ix = b.op(Op::Ix);
+    let stretch = b.op(Op::Sub(ix, iy));
+    let (own, other, cw) = (b.op(Op::Pre(0)), b.op(Op::Nbr(0)), b.op(Op::Geo(0)));
+    let both = b.op(Op::Add(own, other));
+    let t = b.op(Op::Mul(both, stretch));
+    b.op(Op::AddTo(0, cw, t));
+    first.bond = b.tape(vec![]);
+
+    let mut second = sweep("second", Stage::Step);
+    (second.own, second.nbr, second.out) = (vec![a], vec![a], spec.force.clone());
+    (second.accumulators, second.post) = (d, accumulated(d));
+    second.geometry = spec.sweeps[0].geometry.clone();
+    second.pre = first.pre.clone();
+    let mut b = Writer::default();
+    let (y, iy) = b.stretched(dim as u8);
+    let (own, other, cw) = (b.op(Op::Pre(0)), b.op(Op::Nbr(0)), b.op(Op::Geo(0)));
+    let both = b.op(Op::Add(own, other));
+    let t = b.op(Op::Mul(both, cw));
+    let t = b.op(Op::Mul(t, iy));
+    for (k, &y) in y.iter().enumerate() {
+        b.op(Op::AddTo(k as u32, t, y));
+    }
+    second.bond = b.tape(vec![]);
+    spec.sweeps = vec![volume, first, second];
+    spec
+}
+
+/// Directed history: h_ij grows by w xi_0 + 1 at every commit; f_0 = sum w (h_ij - 2 h_ji). A node history n counts
+/// commits twice over.
+pub fn memory(dim: usize) -> Spec {
+    let mut spec = empty("memory", dim);
+    spec.slots = (0..dim)
+        .map(|a| slot(&format!("f{a}"), SlotKind::Computed(Stage::Step)))
+        .collect();
+    spec.slots.push(slot("n", SlotKind::State));
+    spec.slots
+        .push(slot("n.next", SlotKind::Computed(Stage::Update)));
+    let (n, next) = (dim as u32, dim as u32 + 1);
+    spec.force = (0..dim as u32).collect();
+    let history = |name: &str, bond, initial, slot| HistorySpec {
+        name: name.into(),
+        bond,
+        family: 0,
+        initial,
+        slot,
+    };
+    spec.histories = vec![
+        history("n", false, 3.0, Some((n, next))),
+        history("h", true, 0.5, None),
+    ];
+
+    let mut force = sweep("force", Stage::Step);
+    (force.history, force.out, force.accumulators) = (vec![1], spec.force.clone(), 1);
+    force.geometry = Tape {
+        ops: vec![Op::Weight],
+        outs: vec![0],
+    };
+    let mut b = Writer::default();
+    let (h, r, w, two) = (
+        b.op(Op::History(0)),
+        b.op(Op::Reverse(0)),
+        b.op(Op::Geo(0)),
+        b.op(Op::Lit(-2.0)),
+    );
+    let t = b.op(Op::Fma(two, r, h));
+    b.op(Op::AddTo(0, w, t));
+    force.bond = b.tape(vec![]);
+    force.post = Tape {
+        ops: vec![Op::Acc(0)],
+        outs: vec![0; dim],
+    };
+
+    let mut update = sweep("update", Stage::Update);
+    (update.history, update.own, update.out) = (vec![1], vec![n], vec![next]);
+    update.geometry = force.geometry.clone();
+    update.pre = Tape {
+        ops: vec![Op::Own(0)],
+        outs: vec![0],
+    };
+    let mut b = Writer::default();
+    let (h, w, xi, one) = (
+        b.op(Op::History(0)),
+        b.op(Op::Geo(0)),
+        b.op(Op::Xi(0)),
+        b.op(Op::Lit(1.0)),
+    );
+    let grown = b.op(Op::Fma(w, xi, one));
+    let grown = b.op(Op::Add(h, grown));
+    b.op(Op::PutHistory(0, grown));
+    update.bond = b.tape(vec![]);
+    update.post = Tape {
+        ops: vec![Op::Pre(0), Op::Lit(2.0), Op::Add(0, 1)],
+        outs: vec![2],
+    };
+    spec.sweeps = vec![force, update];
+    spec
+}
+
+/// dT/dt = sum k (T_j - T_i) w over the family of bonds along the first axis.
+pub fn heat(dim: usize) -> Spec {
+    let mut spec = empty("heat", dim);
+    spec.params = vec![param("k")];
+    spec.constants = Tape {
+        ops: vec![Op::Param(0)],
+        outs: vec![0],
+    };
+    let mut along = Writer::default();
+    let (x, xi, limit) = (
+        along.op(Op::X),
+        along.op(Op::Xi(0)),
+        along.op(Op::Lit(0.99)),
+    );
+    let (size, limit) = (along.op(Op::Abs(xi)), along.op(Op::Mul(x, limit)));
+    let keep = along.op(Op::Lt(limit, size));
+    spec.families.push(FamilySpec {
+        name: "along".into(),
+        filter: Some(along.tape(vec![keep])),
+    });
+    spec.slots = vec![
+        slot("T", SlotKind::State),
+        slot("dT", SlotKind::Computed(Stage::Step)),
+    ];
+    spec.fields = vec![crate::spec::FieldSpec {
+        name: "T".into(),
+        slots: vec![0],
+        exponents: [0; 7],
+    }];
+    spec.rates = vec![(0, 1)];
+    let mut s = sweep("rate", Stage::Step);
+    (s.family, s.own, s.nbr, s.out) = (1, vec![0], vec![0], vec![1]);
+    (s.accumulators, s.post) = (1, accumulated(1));
+    s.geometry = Tape {
+        ops: vec![Op::Weight, Op::Const(0), Op::Mul(0, 1)],
+        outs: vec![2],
+    };
+    s.pre = Tape {
+        ops: vec![Op::Own(0)],
+        outs: vec![0],
+    };
+    let mut b = Writer::default();
+    let (here, there, k) = (b.op(Op::Pre(0)), b.op(Op::Nbr(0)), b.op(Op::Geo(0)));
+    let d = b.op(Op::Sub(there, here));
+    b.op(Op::AddTo(0, k, d));
+    s.bond = b.tape(vec![]);
+    spec.sweeps = vec![s];
+    spec
+}
