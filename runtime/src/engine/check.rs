@@ -1,7 +1,7 @@
 //! What must hold before anything is computed.
 use super::{Settings, SetupError};
 use crate::body::{Body, Grid};
-use crate::spec::Spec;
+use crate::spec::{SlotKind, Spec};
 
 /// Finite positions, positive volumes, a grid and periods that agree with them.
 pub(super) fn body(b: &Body) -> Result<(), SetupError> {
@@ -180,6 +180,13 @@ pub(super) fn spec(s: &Spec) -> Result<(), SetupError> {
     );
     if let Some(slot) = named.iter().find(|&&k| k as usize >= slots) {
         return fail(format!("node slot {slot} does not exist"));
+    }
+    let component = |kind: SlotKind| match kind {
+        SlotKind::Displacement(a) | SlotKind::Velocity(a) | SlotKind::Position(a) | SlotKind::Increment(a) => a,
+        SlotKind::State | SlotKind::Computed(_) => 0,
+    };
+    if let Some(slot) = s.slots.iter().find(|slot| component(slot.kind) as usize >= s.dim) {
+        return fail(format!("node slot `{}` is a component that {} dimensions do not have", slot.name, s.dim));
     }
     for list in [&s.force, &s.tangent] {
         if !(list.is_empty() || list.len() == s.dim) {

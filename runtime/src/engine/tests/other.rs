@@ -24,7 +24,7 @@ fn after_breaking_everything_is_as_if_computed_afresh() {
         for traversal in BOTH {
             for isa in isas() {
                 let law = || laws::live(body.flavour.dim());
-                let mut e = make(&body, law(), vec![3.0, 0.12], traversal, isa);
+                let mut e = make(&body, law(), vec![3.0, 0.07], traversal, isa);
                 let mut s = e.state();
                 displace(&e, &mut s, &body, 0.05);
                 e.forces(&mut s, Breaking::Held);
@@ -35,7 +35,7 @@ fn after_breaking_everything_is_as_if_computed_afresh() {
                 );
                 let armed = forces(&e);
                 let m = e.named("m");
-                let mut fresh = make(&body, law(), vec![3.0, 0.12], traversal, isa);
+                let mut fresh = make(&body, law(), vec![3.0, 0.07], traversal, isa);
                 fresh.forces(&mut s, Breaking::Held);
                 assert_eq!(forces(&fresh), armed, "{traversal:?} {isa:?}");
                 assert_eq!(fresh.named("m"), m);
@@ -153,7 +153,7 @@ fn threads_do_not_change_a_bit() {
                     let mut e = make(
                         &body,
                         laws::live(3),
-                        vec![3.0, 0.12],
+                        vec![3.0, 0.07],
                         traversal,
                         Isa::best(),
                     );

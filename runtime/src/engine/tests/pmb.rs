@@ -3,7 +3,7 @@ use super::*;
 
 fn settings(traversal: Traversal, isa: Isa) -> Settings {
     Settings {
-        params: vec![3.0, 0.1],
+        params: vec![3.0, 0.07],
         influences: vec![],
         horizon: 3.015,
         partial_volume: true,
@@ -131,7 +131,7 @@ fn every_path_gives_the_double_loop() {
                 displace(&e, &mut s, &body, 0.05);
                 let (held, armed, broken) = truth.get_or_insert_with(|| {
                     let u = |i: usize| at(&e, &s, i);
-                    let (armed, broken) = naive(&body, &u, &|_, _, s| s > 0.1);
+                    let (armed, broken) = naive(&body, &u, &|_, _, s| s > 0.07);
                     (naive(&body, &u, &|_, _, _| false).0, armed, broken)
                 });
                 assert_eq!(e.forces(&mut s, Breaking::Held), 0);
@@ -166,7 +166,7 @@ fn cuts_zones_and_damage() {
                 let u = |i: usize| at(&e, &s, i);
                 let apart = |i: usize, j: usize| strong[i] != strong[j];
                 let weak = |i: usize, j: usize| !strong[i] && !strong[j];
-                let (f, gone) = naive(&body, &u, &|i, j, s| apart(i, j) || weak(i, j) && s > 0.1);
+                let (f, gone) = naive(&body, &u, &|i, j, s| apart(i, j) || weak(i, j) && s > 0.07);
                 let (_, cut) = naive(&body, &u, &|i, j, _| apart(i, j));
                 if !periodic {
                     // Across a periodic boundary the plane is met where the body ends, too.
