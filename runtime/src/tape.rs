@@ -178,3 +178,79 @@ pub(crate) fn length_squared(v: [f64; 3], dim: usize) -> f64 {
     }
     s
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::spec::Op;
+
+    fn function(ops: Vec<Op>, out: u32) -> Result<Function, TapeError> {
+        Function::new(
+            &Tape {
+                ops,
+                outs: vec![out],
+            },
+            2,
+        )
+    }
+
+    #[test]
+    fn expressions_of_variables() {
+        // x^2 + sin(y), 7 where x < y.
+        let ops = vec![
+            Op::Var(0),
+            Op::Var(1),
+            Op::Powi(0, 2),
+            Op::Sin(1),
+            Op::Add(2, 3),
+            Op::Lt(0, 1),
+            Op::Lit(7.0),
+            Op::Select(5, 6, 4),
+        ];
+        let f = function(ops, 7).unwrap();
+        assert_eq!(f.call(&[2.0, 0.5]), 4.0 + 0.5f64.sin());
+        assert_eq!(f.call(&[2.0, 3.0]), 7.0);
+    }
+
+    #[test]
+    fn registers_are_reused_and_dead_operations_go() {
+        // A chain of 1000 additions needs two registers, and the logarithm nobody reads none.
+        let mut ops = vec![Op::Var(0), Op::Ln(0)];
+        ops.push(Op::Add(0, 0));
+        for k in 2..1001 {
+            ops.push(Op::Add(k, 0));
+        }
+        let f = function(ops, 1001).unwrap();
+        assert_eq!(f.0.steps.len(), 1001);
+        assert_eq!(f.call(&[1.0]), 1001.0);
+    }
+
+    #[test]
+    fn misfits_are_errors() {
+        for (ops, says) in [
+            (
+                vec![Op::Add(0, 0)],
+                "operation 0 reads register 0 before it is defined",
+            ),
+            (
+                vec![Op::Var(2)],
+                "operation 0: Var(2) is out of range (there are 2)",
+            ),
+            (
+                vec![Op::Xi(0)],
+                "operation 0: Xi(0) may not stand in a Expression tape",
+            ),
+            (
+                vec![Op::Var(0), Op::Not(0)],
+                "operation 1 has an operand of the wrong kind",
+            ),
+            (
+                vec![Op::Var(0), Op::Lt(0, 0)],
+                "output register 1 is missing or of the wrong kind",
+            ),
+        ] {
+            let out = ops.len() as u32 - 1;
+            assert_eq!(function(ops, out).unwrap_err().0, says);
+        }
+    }
+}

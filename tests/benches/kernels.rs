@@ -78,12 +78,28 @@ struct Case {
 const S0: f64 = 0.5;
 
 fn cases() -> Vec<Case> {
-    let pmb = || Law { spec: tapes::pmb(), kernel: Some(&bodies::PMB) };
-    let lps = || Law { spec: tapes::lps(), kernel: Some(&bodies::LPS) };
-    let case = |name, params: &[f64], body: fn() -> Law, body_params| Case { name, params: params.to_vec(), body, body_params };
+    let pmb = || Law {
+        spec: tapes::pmb(),
+        kernel: Some(&bodies::PMB),
+    };
+    let lps = || Law {
+        spec: tapes::lps(),
+        kernel: Some(&bodies::LPS),
+    };
+    let case = |name, params: &[f64], body: fn() -> Law, body_params| Case {
+        name,
+        params: params.to_vec(),
+        body,
+        body_params,
+    };
     vec![
         case("pmb", &[scene::K, S0], pmb, scene::pmb_params(S0)),
-        case("lps_frozen", &[scene::K, scene::G, S0], lps, scene::lps_params(S0)),
+        case(
+            "lps_frozen",
+            &[scene::K, scene::G, S0],
+            lps,
+            scene::lps_params(S0),
+        ),
         case("lps", &[scene::K, scene::G, S0], lps, scene::lps_params(S0)),
     ]
 }
@@ -91,8 +107,12 @@ fn cases() -> Vec<Case> {
 fn run(o: &Options) {
     let body = scene::body(o.n);
     let (n, threads, repeats) = (o.n, o.threads, o.repeats);
-    println!("{n}^3 nodes, horizon 3.015 dx, {threads} threads; ns per directed bond per thread, minimum of {repeats}");
-    println!("law        traversal isa     generated intact   body   twin generated/twin interpreted equal apart");
+    println!(
+        "{n}^3 nodes, horizon 3.015 dx, {threads} threads; ns per directed bond per thread, minimum of {repeats}"
+    );
+    println!(
+        "law        traversal isa     generated intact   body   twin generated/twin interpreted equal apart"
+    );
     for traversal in [Traversal::Lattice, Traversal::Cloud] {
         for case in cases() {
             for &isa in &o.isas {
@@ -104,7 +124,9 @@ fn run(o: &Options) {
 
 fn catalogue(name: &str) -> Law {
     let entry = registry::find(name).expect("the catalogue has the law");
-    entry.compiled(3).expect("it is compiled for three dimensions")
+    entry
+        .compiled(3)
+        .expect("it is compiled for three dimensions")
 }
 
 fn measure(o: &Options, body: &Body, case: &Case, traversal: Traversal, isa: Isa) {
@@ -114,7 +136,11 @@ fn measure(o: &Options, body: &Body, case: &Case, traversal: Traversal, isa: Isa
     let mut by_hand = engine((case.body)(), &case.body_params);
     let mut s = scene::displaced(&generated, body);
     let vector = isa == Isa::Avx512 && o.threads == 1;
-    let mut twin = if vector { twin::Twin::new(o.n, case, traversal, &by_hand, &s) } else { None };
+    let mut twin = if vector {
+        twin::Twin::new(o.n, case, traversal, &by_hand, &s)
+    } else {
+        None
+    };
     let mut best = [f64::INFINITY; 5];
     for repeat in 0..o.repeats {
         best[0] = best[0].min(time(&mut generated, &mut s, Breaking::Armed));
@@ -136,9 +162,19 @@ fn measure(o: &Options, body: &Body, case: &Case, traversal: Traversal, isa: Isa
         apart = format!("{:.0e}", twin.distance(&generated, body));
     }
     let bonds = generated.report().bonds as f64;
-    let column = |ns: f64| if ns.is_finite() { format!("{:.3}", ns / bonds) } else { "-".into() };
+    let column = |ns: f64| {
+        if ns.is_finite() {
+            format!("{:.3}", ns / bonds)
+        } else {
+            "-".into()
+        }
+    };
     let [all, intact, hand, own, tape] = best.map(column);
-    let ratio = if best[3].is_finite() { format!("{:.2}", best[0] / best[3]) } else { "-".into() };
+    let ratio = if best[3].is_finite() {
+        format!("{:.2}", best[0] / best[3])
+    } else {
+        "-".into()
+    };
     let traversal = format!("{traversal:?}").to_lowercase();
     println!(
         "{:10} {traversal:9} {:7} {all:>9} {intact:>6} {hand:>6} {own:>6} {ratio:>14} {tape:>11} {equal:5} {apart:>5}",
@@ -249,7 +285,9 @@ mod twin {
             for node in 0..body.x.len() {
                 for a in 0..3 {
                     let f = match self {
-                        Twin::Lattice(_, t) => t.f[a][t.slot([node % n, node / n % n, node / n / n])],
+                        Twin::Lattice(_, t) => {
+                            t.f[a][t.slot([node % n, node / n % n, node / n / n])]
+                        }
                         Twin::Cloud(_, t) => t.f[a][e.slot(node)],
                     };
                     miss = miss.max((f - e.force()[a][e.slot(node)]).abs());

@@ -29,16 +29,27 @@ static ALLOCATOR: Counting = Counting;
 fn a_step_allocates_nothing() {
     let body = scene::body(13);
     // More threads than one hand tasks to each other through queues that grow now and then.
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("one thread");
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(1)
+        .build()
+        .expect("one thread");
     pool.install(|| {
         for traversal in [Traversal::Lattice, Traversal::Cloud] {
-            for (name, params) in [("pmb", vec![scene::K, 4e-3]), ("lps", vec![scene::K, scene::G, 4e-3])] {
-                let law = registry::find(name).and_then(|e| e.compiled(3)).expect("a law of the catalogue");
+            for (name, params) in [
+                ("pmb", vec![scene::K, 4e-3]),
+                ("lps", vec![scene::K, scene::G, 4e-3]),
+            ] {
+                let law = registry::find(name)
+                    .and_then(|e| e.compiled(3))
+                    .expect("a law of the catalogue");
                 let mut e = scene::engine(&body, law, params, traversal, Isa::best());
                 let mut s = scene::displaced(&e, &body);
                 let du = s.u.clone();
                 let before = COUNT.get();
-                assert!(e.forces(&mut s, Breaking::Armed) > 0, "the test wants broken bonds");
+                assert!(
+                    e.forces(&mut s, Breaking::Armed) > 0,
+                    "the test wants broken bonds"
+                );
                 e.energy(&s);
                 e.tangent(&s, &du);
                 e.commit(&mut s);

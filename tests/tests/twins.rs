@@ -19,14 +19,26 @@ fn agree(spec: Spec, kernel: &'static CompiledKernel, params: Vec<f64>) {
     for traversal in BOTH {
         for isa in Isa::ALL.into_iter().filter(|i| i.available()) {
             let make = |kernel| {
-                let law = Law { spec: spec.clone(), kernel };
+                let law = Law {
+                    spec: spec.clone(),
+                    kernel,
+                };
                 scene::engine(&body, law, params.clone(), traversal, isa)
             };
             let (mut compiled, mut interpreted) = (make(Some(kernel)), make(None));
-            let (mut s, mut t) = (scene::displaced(&compiled, &body), scene::displaced(&interpreted, &body));
+            let (mut s, mut t) = (
+                scene::displaced(&compiled, &body),
+                scene::displaced(&interpreted, &body),
+            );
             let (broken, f) = run(&mut compiled, &mut s);
-            assert!(broken > 100 && broken < compiled.report().bonds / 2, "{broken}");
-            assert!((broken, f) == run(&mut interpreted, &mut t) && s == t, "{traversal:?} {isa:?}");
+            assert!(
+                broken > 100 && broken < compiled.report().bonds / 2,
+                "{broken}"
+            );
+            assert!(
+                (broken, f) == run(&mut interpreted, &mut t) && s == t,
+                "{traversal:?} {isa:?}"
+            );
             assert_eq!(run(&mut compiled, &mut s).0, 0);
         }
     }
@@ -53,7 +65,10 @@ fn intrinsics_give_the_same_bits() {
     let n = N as usize;
     let params = scene::pmb_params(4e-3);
     for traversal in BOTH {
-        let law = Law { spec: tapes::pmb(), kernel: Some(&bodies::PMB) };
+        let law = Law {
+            spec: tapes::pmb(),
+            kernel: Some(&bodies::PMB),
+        };
         let mut e = scene::engine(&body, law, params.clone(), traversal, Isa::Avx512);
         let mut s = scene::displaced(&e, &body);
         let (_, f) = run(&mut e, &mut s);
@@ -86,7 +101,11 @@ fn intrinsics_give_the_same_bits() {
         };
         for (node, &slot) in slots.iter().enumerate() {
             for a in 0..3 {
-                assert_eq!(found[a][slot].to_bits(), own(node, a).to_bits(), "{traversal:?} {node}");
+                assert_eq!(
+                    found[a][slot].to_bits(),
+                    own(node, a).to_bits(),
+                    "{traversal:?} {node}"
+                );
             }
         }
     }

@@ -182,11 +182,21 @@ pub(super) fn spec(s: &Spec) -> Result<(), SetupError> {
         return fail(format!("node slot {slot} does not exist"));
     }
     let component = |kind: SlotKind| match kind {
-        SlotKind::Displacement(a) | SlotKind::Velocity(a) | SlotKind::Position(a) | SlotKind::Increment(a) => a,
+        SlotKind::Displacement(a)
+        | SlotKind::Velocity(a)
+        | SlotKind::Position(a)
+        | SlotKind::Increment(a) => a,
         SlotKind::State | SlotKind::Computed(_) => 0,
     };
-    if let Some(slot) = s.slots.iter().find(|slot| component(slot.kind) as usize >= s.dim) {
-        return fail(format!("node slot `{}` is a component that {} dimensions do not have", slot.name, s.dim));
+    if let Some(slot) = s
+        .slots
+        .iter()
+        .find(|slot| component(slot.kind) as usize >= s.dim)
+    {
+        return fail(format!(
+            "node slot `{}` is a component that {} dimensions do not have",
+            slot.name, s.dim
+        ));
     }
     for list in [&s.force, &s.tangent] {
         if !(list.is_empty() || list.len() == s.dim) {

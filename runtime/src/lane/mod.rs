@@ -134,3 +134,6 @@ macro_rules! lane_by_lane {
 }
 #[cfg(target_arch = "x86_64")]
 use lane_by_lane;
+
+#[cfg(test)]
+mod tests;

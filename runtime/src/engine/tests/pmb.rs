@@ -21,13 +21,8 @@ fn engine(body: &Body, traversal: Traversal, isa: Isa) -> Engine {
 /// Minimum image of a - b.
 pub(super) fn apart(body: &Body, a: usize, b: usize) -> Vec<[f64; 3]> {
     let mut all = vec![];
-    let range = |k: usize| {
-        if body.periodic[k].is_some() {
-            -3i32..=3
-        } else {
-            0..=0
-        }
-    };
+    let copies = |k: usize| body.periodic[k].map_or(0, |p| (3.015 / p).ceil() as i32);
+    let range = |k: usize| -copies(k)..=copies(k);
     for i in range(0) {
         for j in range(1) {
             for k in range(2) {
