@@ -41,3 +41,21 @@ pub(crate) fn wrong_unit(
 pub(crate) fn admits(declared: Shape, found: Shape) -> bool {
     declared == found || (declared, found) == (Shape::Tensor, Shape::Symmetric)
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::check::tests::{accept, refuse};
+
+    #[test]
+    fn declarations_are_kept() {
+        refuse("bond b : vector = x", "PD016", ": vector");
+        refuse("bond b : pressure = x", "PD016", ": pressure");
+        refuse(
+            "bond b : vector pressure = xi",
+            "PD016",
+            ": vector pressure",
+        );
+        accept("bond b : vector length = xi bond c : tensor = outer(xi, xi) let d : scalar = 1");
+        accept("let zero : pressure = 0");
+    }
+}

@@ -34,3 +34,22 @@ pub(crate) fn by_position(function: &Name, argument: &Name) -> Diagnostic {
     .at(argument.span, "named argument")
     .help("arguments are told apart by their position; only influence functions have named ones")
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::check::tests::refuse;
+
+    #[test]
+    fn counts_arguments() {
+        refuse("let c = K_d(K)", "PD006", "K_d");
+        refuse("bond b = norm(xi, eta)", "PD006", "norm");
+        refuse("node b = sum(x, x)", "PD006", "sum");
+        refuse("bond b = other()", "PD006", "other");
+        refuse("bond b = norm(v = xi)", "PD006", "v");
+        refuse(
+            "family near = horizon where x < delta let b = ball[near](x)",
+            "PD006",
+            "near",
+        );
+    }
+}

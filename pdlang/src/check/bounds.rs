@@ -41,3 +41,24 @@ pub(crate) fn contains(lower: Option<Bound>, upper: Option<Bound>, value: f64) -
         upper.is_none_or(|bound| value < bound.value || bound.inclusive && value == bound.value);
     above && below
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::check::tests::{accept, refuse};
+
+    #[test]
+    fn defaults_are_within_bounds() {
+        refuse("param p : number > 0 = 0 \"p\"", "PD033", "= 0");
+        refuse(
+            "param p : number in (-1, 0.5) = 0.5 \"p\"",
+            "PD033",
+            "= 0.5",
+        );
+        refuse("param p : number > 1 < 0 \"p\"", "PD033", "0");
+        refuse("param p : number in (1, 1] \"p\"", "PD033", "in (1, 1]");
+        accept(
+            "param p : number >= 0 < 1 = 0 \"p\" param q : pressure in [1 MPa, 2 GPa] = 1 MPa \"q\" param r : number in [1, 1] \"r\"",
+        );
+        accept("param p : number > 0 = inf \"p\"");
+    }
+}

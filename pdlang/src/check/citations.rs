@@ -41,6 +41,13 @@ fn is_number(text: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::names_equation;
+    use crate::check::tests::{law, refuse_text};
+
+    #[test]
+    fn laws_say_where_they_come_from() {
+        refuse_text(&law("").replace("cite \"Nobody, eq. 1\"", ""), "PD031", "m");
+        refuse_text(&law("").replace(", eq. 1", ""), "PD031", "\"Nobody\"");
+    }
 
     #[test]
     fn tells_equations_from_years() {

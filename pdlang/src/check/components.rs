@@ -49,3 +49,17 @@ fn unknown(value: &Expr, axes: &Name) -> Diagnostic {
         shape_name(value.shape)
     ))
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::check::tests::{accept, refuse};
+
+    #[test]
+    fn knows_the_components() {
+        refuse("bond b = xi.w", "PD008", "w");
+        refuse("bond b = xi.xx", "PD008", "xx");
+        refuse("bond b = x.x", "PD008", "x");
+        refuse("bond b = outer(xi, Y).x", "PD008", "x");
+        accept("bond b = xi.x + outer(xi, Y).xy/(1 m) + xi'.z");
+    }
+}

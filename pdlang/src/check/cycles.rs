@@ -47,3 +47,30 @@ pub(crate) fn recursion(chain: &[String], span: Span) -> Diagnostic {
         .at(span, "used inside of itself")
         .help("functions are inlined where they are used, and cannot recur")
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::check::tests::{accept, law, refuse, refuse_text};
+
+    #[test]
+    fn names_the_chain() {
+        refuse("node a = b node b = sum(c) bond c = a*x", "PD005", "a");
+        refuse("let a = a", "PD005", "a");
+        refuse_text(
+            &format!("fn f(a) = g(a) fn g(a) = f(a) {}", law("let c = f(1)")),
+            "PD005",
+            "f",
+        );
+        refuse_text(
+            &format!("bond p = q bond q = p {}", law("bond b = p")),
+            "PD005",
+            "p",
+        );
+    }
+
+    #[test]
+    fn order_is_free_and_memory_is_no_cycle() {
+        accept("node a = sum(b) bond b = c*x let c = 2");
+        accept("history p : number on bond \"memory\" update p = p/2");
+    }
+}

@@ -16,3 +16,15 @@ pub(crate) fn missing(what: &str, name: &Name) -> Diagnostic {
         name.text
     ))
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::check::tests::refuse;
+
+    #[test]
+    fn parameters_are_described() {
+        refuse("param p : number", "PD032", "p");
+        refuse("field T : number rate T = T/(1 s)", "PD032", "T");
+        refuse("history p : number on bond update p = s", "PD032", "p");
+    }
+}

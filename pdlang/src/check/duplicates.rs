@@ -38,3 +38,21 @@ fn twice(name: &Name, earlier: Span) -> Diagnostic {
         .at(earlier, "first definition")
         .help("one name, one meaning: rename one of them")
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::check::tests::{law, refuse, refuse_text};
+
+    #[test]
+    fn finds_the_second_of_a_name() {
+        refuse("param K : number \"again\"", "PD003", "K");
+        refuse("let a = 1 bond a = x", "PD003", "a");
+        refuse_text(&(law("") + &law("")), "PD003", "m");
+        refuse_text(&format!("fn f(a, a) = a {}", law("")), "PD003", "a");
+        refuse_text(
+            &format!("fn f(a) = a fn f(b) = b {}", law("")),
+            "PD003",
+            "f",
+        );
+    }
+}

@@ -16,3 +16,22 @@ pub(crate) fn no_root(found: &Expr, unit: &str) -> Diagnostic {
     Diagnostic::error(CODE, "the unit of this root is unknown")
         .at(found.span, format!("unit: {unit}"))
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::check::tests::{accept, refuse};
+
+    #[test]
+    fn units_have_known_powers() {
+        refuse("bond b = x^s", "PD014", "s");
+        refuse("bond b = x^0.3", "PD014", "0.3");
+        refuse("bond b = x^dim", "PD014", "dim");
+        refuse("bond b = sqrt(sqrt(x))", "PD014", "sqrt(x)");
+        accept("bond b = x^(1/2) + sqrt(x) bond c = s^dim bond d = x^-2");
+    }
+
+    #[test]
+    fn influence_functions_raise_lengths_to_any_power() {
+        accept("influence a = (x + delta)^(-1.3) influence b = softened(p = 2.5, eps = 1 mm)");
+    }
+}

@@ -22,3 +22,16 @@ pub(crate) fn base(name: &Name) -> Diagnostic {
     )
     .at(name.span, "expected `horizon`")
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::check::tests::{accept, refuse};
+
+    #[test]
+    fn families_do_not_change() {
+        refuse("family hot = horizon where s > 0", "PD025", "s");
+        refuse("family near = close where x < delta", "PD025", "close");
+        refuse("family left = horizon where X.x > 0", "PD025", "X");
+        accept("family near = horizon where xi.x > 0.5*x and x < delta/2 node n = sum[near](1)");
+    }
+}

@@ -58,3 +58,40 @@ fn incomplete(missing: &[&str], span: Span) -> Diagnostic {
         .at(span, "every flavour needs an arm")
         .help("one source serves all flavours: bar, slab, plane_stress, plane_strain and 3d")
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::check::tests::{accept, refuse};
+
+    #[test]
+    fn wants_one_arm_for_each() {
+        refuse(
+            "let c = case flavour { bar: 1, slab: 1, plane_stress: 1, 3d: 1 }",
+            "PD010",
+            "case flavour { bar: 1, slab: 1, plane_stress: 1, 3d: 1 }",
+        );
+        refuse(
+            "let c = case flavour { bar: 1, slab: 1, plane_stres: 1, plane_strain: 1, 3d: 1 }",
+            "PD010",
+            "plane_stres",
+        );
+        refuse(
+            "let c = case flavour { bar: 1, bar: 1, slab: 1, plane_stress: 1, plane_strain: 1, 3d: 1 }",
+            "PD010",
+            "bar",
+        );
+        refuse(
+            "let c = case flavour { bar: 1, slab: 1 m, plane_stress: 1, plane_strain: 1, 3d: 1 }",
+            "PD012",
+            "1 m",
+        );
+        refuse(
+            "let c = case flavour { bar: 1, slab: I, plane_stress: 1, plane_strain: 1, 3d: 1 }",
+            "PD007",
+            "I",
+        );
+        accept(
+            "let c = case flavour { 3d: 0, bar: 1 m, slab: 1 m, plane_stress: 0, plane_strain: 1 mm }",
+        );
+    }
+}

@@ -42,3 +42,31 @@ pub(crate) fn too_far(
         _ => finding.help("take the sum over the family, `sum(..)`, or define a `bond` value"),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::check::tests::{accept, bare, refuse, refuse_text};
+
+    #[test]
+    fn values_live_where_they_are_declared() {
+        refuse("node m = omega*x^2", "PD020", "omega");
+        refuse("let c = 1/x", "PD020", "x");
+        refuse("let c = K/sum(x)", "PD020", "sum(x)");
+        refuse("field T : number \"T\" rate T = s/(1 s)", "PD020", "s");
+        refuse(
+            "history p : number on node \"p\" update p = s",
+            "PD020",
+            "s",
+        );
+        refuse_text(
+            &bare("param K : pressure \"K\" energy W = K*s"),
+            "PD020",
+            "s",
+        );
+    }
+
+    #[test]
+    fn what_lives_nearer_is_fine() {
+        accept("node c = 1 bond d = c*K");
+    }
+}

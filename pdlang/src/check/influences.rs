@@ -69,3 +69,30 @@ pub(crate) fn not_scalar(span: Span) -> Diagnostic {
     )
     .at(span, "not a scalar")
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::check::tests::{accept, refuse};
+
+    #[test]
+    fn influence_functions_are_complete() {
+        refuse("influence a = softened(p = 0)", "PD050", "softened");
+        refuse("influence a = softened", "PD050", "softened");
+        refuse(
+            "influence a = softened(p = 0, eps = 1 mm, q = 2)",
+            "PD050",
+            "q",
+        );
+        refuse(
+            "influence a = softened(p = 0, p = 0, eps = 1 mm)",
+            "PD050",
+            "p",
+        );
+        refuse("influence a = gaussian(1 mm)", "PD050", "1 mm");
+        refuse("influence a = gaussian(l = -1 mm)", "PD050", "-1 mm");
+        refuse("influence a = x > 0", "PD050", "x > 0");
+        accept(
+            "influence a = constant influence b = softened(p = -1/2, eps = 2*1 mm) influence c = 1 - x/delta influence d",
+        );
+    }
+}

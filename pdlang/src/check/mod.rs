@@ -36,6 +36,9 @@ pub(crate) mod unit_of_response; // PD015: a response in the wrong unit
 pub(crate) mod units; // PD011: a unit or kind that does not exist
 pub(crate) mod unused; // PD102: a definition that nothing uses
 
+#[cfg(test)]
+pub(crate) mod tests;
+
 use crate::ir::Shape;
 
 /// A shape in words.

@@ -102,3 +102,34 @@ pub(crate) fn only_in_laws(name: &Name) -> Diagnostic {
     Diagnostic::error(CODE, format!("`{}` has a meaning in laws only", name.text))
         .at(name.span, "there are no bonds here")
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::check::tests::refuse;
+
+    #[test]
+    fn finds_unknown_names() {
+        refuse("node t = sum(ee)", "PD002", "ee");
+        refuse("node t = sun(e)", "PD002", "sun");
+        refuse("node t = sum[near](e)", "PD002", "near");
+        refuse("node t = sum(K_d*e)", "PD002", "K_d");
+        refuse("bond b = K(1)", "PD002", "K");
+        refuse(
+            "family near = horizon where x < delta bond b = near*2",
+            "PD002",
+            "near",
+        );
+        refuse("influence a = r", "PD002", "r");
+        refuse("rate T = 1", "PD002", "T");
+        refuse("update p = 1", "PD002", "p");
+    }
+
+    #[test]
+    fn is_silent_about_what_failed_elsewhere() {
+        refuse(
+            "node a = sum(ee) node b = a + 1 bond c = b*a'",
+            "PD002",
+            "ee",
+        );
+    }
+}

@@ -21,3 +21,22 @@ pub(crate) fn wrong_unit(
 pub(crate) fn not_a_number(what: &str, span: Span) -> Diagnostic {
     Diagnostic::error(CODE, format!("{what} must be a number")).at(span, "not a number")
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::check::tests::refuse;
+
+    #[test]
+    fn numbers_have_units() {
+        refuse("param p : pressure > 5 \"p\"", "PD034", "5");
+        refuse("param p : pressure = 5 mm \"p\"", "PD034", "5 mm");
+        refuse(
+            "history p : length = 1 on bond \"p\" update p = x",
+            "PD034",
+            "1",
+        );
+        refuse("influence a = gaussian(l = 1)", "PD034", "1");
+        refuse("influence a = gaussian(l = 1 kg)", "PD034", "1 kg");
+        refuse("influence a = power(p = exp(1))", "PD034", "exp(1)");
+    }
+}

@@ -38,3 +38,30 @@ fn finding(name: &Name, what: &str) -> Diagnostic {
         .at(name.span, format!("this is {what}"))
         .help("choose another name")
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::check::tests::{accept, law, refuse, refuse_text};
+
+    #[test]
+    fn protects_the_words_of_the_language() {
+        refuse("param delta : length \"mine\"", "PD004", "delta");
+        refuse(
+            "family horizon = horizon where x < delta",
+            "PD004",
+            "horizon",
+        );
+        refuse_text(&format!("fn sum(a) = a {}", law("")), "PD004", "sum");
+        refuse_text(&format!("fn f(dim) = dim {}", law("")), "PD004", "dim");
+        refuse_text(
+            &format!("influence f(delta) = delta {}", law("")),
+            "PD004",
+            "delta",
+        );
+    }
+
+    #[test]
+    fn functions_and_values_have_names_of_their_own() {
+        accept("node norm = sum(x)");
+    }
+}

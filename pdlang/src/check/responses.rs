@@ -33,3 +33,28 @@ pub(crate) fn no_family(what: &str, family: &Name) -> Diagnostic {
             family.text
         ))
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::check::tests::{bare, refuse, refuse_text};
+
+    #[test]
+    fn laws_answer_once() {
+        refuse_text(&bare("node m = sum(x)"), "PD040", "m");
+        refuse("energy V = K*sum(s^2)/ball(1)", "PD040", "V");
+        refuse("field T : temperature \"T\"", "PD040", "T");
+        refuse("history p : number on bond \"p\"", "PD040", "p");
+        refuse(
+            "field T : number \"T\" rate T = T/(1 s) rate T = T/(1 s)",
+            "PD040",
+            "T",
+        );
+        refuse_text(
+            &bare(
+                "param K : pressure \"K\" family near = horizon where x < delta energy[near] W = K",
+            ),
+            "PD040",
+            "near",
+        );
+    }
+}

@@ -21,3 +21,35 @@ pub(crate) fn second(energy: &Name, span: Span) -> Diagnostic {
     )
     .help("write the force state itself with `state`, which may read sums of both ends")
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::check::tests::{accept, bare, found, refuse_text};
+
+    #[test]
+    fn energies_see_one_ring() {
+        let energy = |items: &str| bare(&format!("param K : pressure \"K\" {items}"));
+        refuse_text(
+            &energy("node t = sum(s)/ball(1) energy W = K*sum(t' - t)/ball(1)"),
+            "PD024",
+            "t'",
+        );
+        refuse_text(
+            &energy("node t = sum(s)/ball(1) bond d = t' energy W = K*sum(d)/ball(1)"),
+            "PD024",
+            "d",
+        );
+        refuse_text(
+            &energy("node t = sum(s)/ball(1) bond d = s - t energy W = K*sum(d')/ball(1)"),
+            "PD024",
+            "d'",
+        );
+    }
+
+    #[test]
+    fn what_does_not_move_may_be_read_at_the_other_end() {
+        accept("node m = sum(omega*x) pair f = (m' + m)/m*K*s'/(delta*ball(1))");
+        let items = "param K : pressure \"K\" node m = sum(x) node t = sum(s) energy W = K*sum((m'/m + 1)*s' + t*0)/ball(1)";
+        assert_eq!(found(&bare(items)), [] as [(&str, String); 0]);
+    }
+}

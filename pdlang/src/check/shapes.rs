@@ -96,3 +96,41 @@ fn quoted(op: &str) -> String {
         format!("`{op}`")
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::check::tests::{accept, refuse};
+
+    #[test]
+    fn tells_scalars_vectors_and_tensors_apart() {
+        refuse("bond b = xi + x", "PD007", "x");
+        refuse("bond b = xi*eta", "PD007", "eta");
+        refuse("bond b = xi*outer(xi, xi)", "PD007", "outer(xi, xi)");
+        refuse("bond b = x/xi", "PD007", "xi");
+        refuse("bond b = xi^2", "PD007", "xi");
+        refuse("bond b = dot(xi, x)", "PD007", "x");
+        refuse("bond b = tr(xi)", "PD007", "xi");
+        refuse("bond b = exp(I)", "PD007", "I");
+        refuse("state T = I*1 N/m^6", "PD007", "I*1 N/m^6");
+    }
+
+    #[test]
+    fn tells_conditions_from_values() {
+        refuse("bond b = (s > 0) + 1", "PD007", "s > 0");
+        refuse("break when s", "PD007", "s");
+        refuse("bond b = not x", "PD007", "x");
+        accept("break when not (s > 0 and e < 1 mm) or x > delta");
+    }
+
+    #[test]
+    fn knows_what_is_symmetric() {
+        accept("bond a : symmetric = outer(Y, Y) bond b : symmetric = outer(xi + eta, xi + eta)");
+        accept("node a : symmetric = inverse(sum(outer(xi, xi))) node b : tensor = a*a");
+        refuse("bond b : symmetric = outer(xi, Y)", "PD016", ": symmetric");
+        refuse(
+            "node b : symmetric = sum(outer(xi, xi))*sum(outer(xi, xi))",
+            "PD016",
+            ": symmetric",
+        );
+    }
+}

@@ -18,3 +18,15 @@ pub(crate) fn node_value(sum: &Name, summand: &Expr, is_name: bool) -> Diagnosti
         false => finding.help(format!("prime what belongs to the other end, as in `T'`, or take the factor out of the sum: `T*{}(1)`", sum.text)),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::check::tests::{accept, refuse};
+
+    #[test]
+    fn terms_belong_to_bonds() {
+        refuse("node m = sum(x) node n = sum(m)", "PD023", "m");
+        refuse("node m = sum0(sum(x)*2)", "PD023", "sum(x)*2");
+        accept("node v = sum(1) node m = sum(x) node n = sum(m' - m) + m*sum(1)");
+    }
+}

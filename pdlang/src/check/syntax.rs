@@ -113,3 +113,31 @@ pub(crate) fn too_deep(span: Span) -> Diagnostic {
 pub(crate) fn unreadable(span: Span) -> Diagnostic {
     Diagnostic::error(CODE, "this cannot be read as a definition").at(span, "")
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::check::tests::{found, law, refuse};
+
+    #[test]
+    fn points_at_the_token_and_reads_on() {
+        refuse("let c = 2*", "PD001", "}");
+        refuse("let c = (1 + 2 let d = 3", "PD001", "let");
+        refuse("param p number \"p\"", "PD001", "number");
+        refuse("parm p : number \"p\" let c = p", "PD001", "parm");
+        let text = law("let a = $ let b = 1 ! let c = a");
+        assert_eq!(found(&text), [("PD001", "$".into()), ("PD001", "!".into())]);
+    }
+
+    #[test]
+    fn says_what_could_stand_there() {
+        let text = law("let c = ");
+        let finding = &crate::front::file(&text).diagnostics[0];
+        assert_eq!(finding.labels[0].1, "expected an expression");
+    }
+
+    #[test]
+    fn refuses_what_is_nested_without_end() {
+        let deep = "(".repeat(500) + "1" + &")".repeat(500);
+        assert_eq!(found(&law(&format!("let c = {deep}")))[0].0, "PD001");
+    }
+}

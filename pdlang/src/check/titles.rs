@@ -13,3 +13,14 @@ pub(crate) fn missing(model: &Name) -> Diagnostic {
             model.text
         ))
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::check::tests::{law, refuse_text};
+
+    #[test]
+    fn laws_have_titles() {
+        refuse_text(&law("").replace("\"Test\"", ""), "PD030", "m");
+        refuse_text(&law("").replace("\"Test\"", "\" \""), "PD030", "m");
+    }
+}

@@ -27,3 +27,24 @@ pub(crate) fn symbol(op: CompareOp) -> &'static str {
         CompareOp::Ge => ">=",
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::check::tests::{accept, refuse};
+
+    #[test]
+    fn both_sides_agree() {
+        refuse("bond b = x + s", "PD012", "s");
+        refuse("bond b = e - 0.5", "PD012", "0.5");
+        refuse("break when e > 0.1", "PD012", "0.1");
+        refuse("let c = max(K, delta)", "PD012", "delta");
+        refuse("bond b = select(s > 0, x, s)", "PD012", "s");
+        refuse("node b = sum(omega) + sum(1)", "PD012", "sum(1)");
+    }
+
+    #[test]
+    fn zero_and_infinity_fit_all() {
+        accept("bond b = max(0, e) + 0 bond c = min(e, inf) break when e > 0");
+        refuse("bond b = e + 0 s", "PD012", "0 s");
+    }
+}

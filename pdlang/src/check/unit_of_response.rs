@@ -24,3 +24,35 @@ pub(crate) fn depends_on_influence(what: &str, span: Span, names: &str) -> Diagn
         .at(span, format!("the unit of {names} does not cancel"))
         .help("an influence function is known up to a factor only: divide by a sum of it, such as `sum(omega*x^2)` or `ball(omega*x)`")
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::check::tests::{accept, bare, refuse, refuse_text};
+
+    #[test]
+    fn responses_have_their_units() {
+        refuse_text(
+            &bare("param K : pressure \"K\" energy W = K*sum(s^2)"),
+            "PD015",
+            "K*sum(s^2)",
+        );
+        refuse("pair f = K*s", "PD015", "K*s");
+        refuse(
+            "state T = K*omega*s/ball(omega*x)*x",
+            "PD015",
+            "K*omega*s/ball(omega*x)*x",
+        );
+        refuse("field T : temperature \"T\" rate T = T", "PD015", "T");
+        refuse(
+            "history p : length on bond \"p\" update p = s",
+            "PD015",
+            "s",
+        );
+    }
+
+    #[test]
+    fn influence_functions_cancel() {
+        refuse("state T = K*omega*s/ball(x)", "PD015", "K*omega*s/ball(x)");
+        accept("state T = K*omega*s/ball(omega*x)");
+    }
+}

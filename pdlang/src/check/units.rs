@@ -27,3 +27,17 @@ pub(crate) fn unknown_kind(name: &Name) -> Diagnostic {
         None => finding.help("write the unit in brackets, such as `[J/m^2]`, or one of the named kinds: number, length, pressure, density, temperature, .."),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::check::tests::{accept, refuse};
+
+    #[test]
+    fn knows_units_and_kinds() {
+        refuse("let c = 1 GPA", "PD011", "GPA");
+        refuse("let c = 2 K_d", "PD011", "K");
+        refuse("param l : lenght \"l\"", "PD011", "lenght");
+        refuse("param l : [kg/mm^3/foot] \"l\"", "PD011", "foot");
+        accept("param l : [kg/mm^3] = 1e3 kg/m³ \"l\" let c = 5 [W/(m K)] + 3 W/(1 m)/(1 K)");
+    }
+}

@@ -13,14 +13,13 @@ use crate::ir::{
 };
 use crate::resolve::facts::Facts;
 use crate::resolve::library::Library;
-use crate::resolve::names;
+use crate::resolve::lookup::Scope;
 use crate::span::Span;
 use crate::units::{self, Unit};
 use std::collections::{HashMap, HashSet};
 
-/// Functions inside functions, the height of an expression, and the expressions of one law: bounds that only a law written to
+/// The height of an expression, and the expressions of one law: bounds that only a law written to
 /// exhaust the compiler reaches.
-const MAX_CALLS: usize = 40;
 const MAX_HEIGHT: usize = 240;
 const MAX_STEPS: usize = 100_000;
 
@@ -37,17 +36,6 @@ pub(crate) enum Symbol {
     Broken,
 }
 
-/// Where names are looked up: the model, the body of a function, or a library definition.
-struct Scope {
-    name: String,
-    locals: Vec<(String, Option<ExprId>)>,
-    /// True where the symbols of the model are visible.
-    model: bool,
-    /// True in text of the prelude, which sees nothing but the prelude.
-    prelude: bool,
-    /// What brought us here, in the text of the user.
-    call: Option<Span>,
-}
 
 /// What kind of text is elaborated.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -74,10 +62,10 @@ pub(crate) struct Elaborator<'a> {
     pub defs: Vec<ir::Def>,
     pub exprs: Vec<ir::Expr>,
     facts: Vec<Facts>,
-    shared: HashMap<(String, bool), Option<DefId>>,
-    scopes: Vec<Scope>,
+    pub(super) shared: HashMap<(String, bool), Option<DefId>>,
+    pub(super) scopes: Vec<Scope>,
     /// Functions in which something was found.
-    faulty: HashSet<String>,
+    pub(super) faulty: HashSet<String>,
     height: usize,
     /// Expressions elaborated so far, inlined ones included.
     steps: usize,
@@ -111,7 +99,7 @@ impl<'a> Elaborator<'a> {
             facts: Vec::new(),
             shared: HashMap::new(),
             scopes: vec![scope],
-            faulty: HashSet::new(),
+            pub(super) faulty: HashSet::new(),
             height: 0,
             steps: 0,
         }
@@ -237,7 +225,7 @@ impl<'a> Elaborator<'a> {
         result
     }
 
-    fn dispatch(&mut self, written: &ast::Expr) -> Option<ExprId> {
+    pub(super) fn dispatch(&mut self, written: &ast::Expr) -> Option<ExprId> {
         let span = written.span;
         match &written.kind {
             ast::ExprKind::Number(value, unit) => self.number(*value, unit.as_ref(), span),
@@ -269,11 +257,11 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    fn both(&mut self, left: &ast::Expr, right: &ast::Expr) -> (Option<ExprId>, Option<ExprId>) {
+    pub(super) fn both(&mut self, left: &ast::Expr, right: &ast::Expr) -> (Option<ExprId>, Option<ExprId>) {
         (self.elaborate(left), self.elaborate(right))
     }
 
-    fn number(&mut self, value: f64, unit: Option<&ast::UnitExpr>, span: Span) -> Option<ExprId> {
+    pub(super) fn number(&mut self, value: f64, unit: Option<&ast::UnitExpr>, span: Span) -> Option<ExprId> {
         let (factor, unit) = match unit {
             None => (1.0, Unit::NUMBER),
             Some(unit) => units::evaluate(unit, self.report)?,
@@ -287,370 +275,9 @@ impl<'a> Elaborator<'a> {
         )
     }
 
-    // ---- names
-
-    fn name(&mut self, name: &str, span: Span) -> Option<ExprId> {
-        let scope = self.scopes.last()?;
-        if let Some((_, value)) = scope.locals.iter().find(|(local, _)| local == name) {
-            // A value seen through a variable is pointed at where the variable stands.
-            return value.and_then(|value| self.seen_from(value, span));
-        }
-        let (model, prelude) = (scope.model, scope.prelude);
-        if let Some(symbol) = self.symbols.get(name).copied().filter(|_| model) {
-            return self.symbol(symbol, name, span);
-        }
-        if !prelude && self.library.own.broken.contains(name) {
-            return None;
-        }
-        if self.context == Context::Law && self.library.definition(name, prelude).is_some() {
-            let id = self.shared(name, prelude, span)?;
-            return self.definition(id, span);
-        }
-        self.primitive(name, span)
-    }
-
-    /// A leaf again, with another span; what is more than a leaf is shared as it is.
-    fn seen_from(&mut self, value: ExprId, span: Span) -> Option<ExprId> {
-        match self.expr(value) {
-            ir::Expr {
-                kind: ExprKind::Var(k),
-                unit,
-                ..
-            } => {
-                let (kind, unit) = (ExprKind::Var(*k), unit.clone());
-                self.push(kind, Shape::Scalar, Home::Constant, unit, span)
-            }
-            _ => Some(value),
-        }
-    }
-
-    fn symbol(&mut self, symbol: Symbol, name: &str, span: Span) -> Option<ExprId> {
-        match symbol {
-            Symbol::Param(id) => {
-                let unit = self.params[id.index()].unit.clone();
-                self.push(
-                    ExprKind::Param(id),
-                    Shape::Scalar,
-                    Home::Constant,
-                    unit,
-                    span,
-                )
-            }
-            Symbol::Def(id) => self.definition(id, span),
-            Symbol::Influence(id) => self.push(
-                ExprKind::Influence(id),
-                Shape::Scalar,
-                Home::Bond,
-                Unit::opaque(id.0),
-                span,
-            ),
-            Symbol::Field(id) => {
-                let (shape, unit) = (
-                    self.fields[id.index()].shape,
-                    self.fields[id.index()].unit.clone(),
-                );
-                self.push(ExprKind::Field(id), shape, Home::Node, unit, span)
-            }
-            Symbol::History(id) => {
-                let history = &self.histories[id.index()];
-                let (shape, home, unit) = (history.shape, history.home, history.unit.clone());
-                self.push(ExprKind::History(id), shape, home, unit, span)
-            }
-            Symbol::Family(_) => self.wrong(check::names::family_as_value(name, span)),
-            Symbol::Broken => None,
-        }
-    }
-
-    fn definition(&mut self, id: DefId, span: Span) -> Option<ExprId> {
-        let def = &self.defs[id.index()];
-        let (shape, home, unit) = (def.shape, def.home, def.unit.clone());
-        self.push(ExprKind::Def(id), shape, home, unit, span)
-    }
-
-    fn primitive(&mut self, name: &str, span: Span) -> Option<ExprId> {
-        let known = match self.context {
-            Context::Law => true,
-            Context::Influence => names::PURE.contains(&name) || name == "delta",
-            Context::Scene => names::PURE.contains(&name),
-        };
-        match names::PRIMITIVES
-            .iter()
-            .find(|primitive| known && primitive.name == name)
-        {
-            Some(found) => self.push(
-                found.kind.clone(),
-                found.shape,
-                found.home,
-                found.unit.clone(),
-                span,
-            ),
-            None => {
-                let candidates = self.visible_values();
-                let meaning = self.other_meaning(name);
-                self.wrong(check::names::unknown_value(
-                    name,
-                    span,
-                    &candidates,
-                    meaning,
-                ))
-            }
-        }
-    }
-
-    /// What a name means elsewhere, when it is no value here.
-    fn other_meaning(&self, name: &str) -> Option<check::names::Meaning> {
-        use check::names::Meaning;
-        if names::is_function(name) || self.library.function(name, false).is_some() {
-            return Some(Meaning::Function);
-        }
-        let in_laws = names::is_primitive(name) || self.library.definition(name, false).is_some();
-        in_laws.then_some(Meaning::ValueOfLaws)
-    }
-
-    /// Every value that could have been meant here.
-    fn visible_values(&self) -> Vec<String> {
-        let mut names: Vec<String> = Vec::new();
-        if let Some(scope) = self.scopes.last() {
-            names.extend(scope.locals.iter().map(|(name, _)| name.clone()));
-            if scope.model {
-                names.extend(self.symbols.keys().cloned());
-            }
-        }
-        if self.context == Context::Law {
-            names.extend(
-                self.library
-                    .own
-                    .definitions
-                    .keys()
-                    .chain(self.library.prelude.definitions.keys())
-                    .cloned(),
-            );
-            names.extend(
-                names::PRIMITIVES
-                    .iter()
-                    .map(|primitive| primitive.name.to_string()),
-            );
-        } else {
-            names.extend(names::PURE.map(String::from));
-            names.extend((self.context == Context::Influence).then(|| "delta".to_string()));
-        }
-        names.sort();
-        names.dedup();
-        names
-    }
-
-    /// A library definition as a definition of this law, made at its first use.
-    fn shared(&mut self, name: &str, from_prelude: bool, span: Span) -> Option<DefId> {
-        let written = self.library.definition(name, from_prelude)?;
-        let key = (name.to_string(), written.name.span.prelude);
-        if let Some(known) = self.shared.get(&key) {
-            return *known;
-        }
-        let scope = Scope {
-            name: name.into(),
-            locals: Vec::new(),
-            model: false,
-            prelude: key.1,
-            call: Some(span),
-        };
-        let id = self.inside(scope, span, |law| law.define(written));
-        self.shared.insert(key, id);
-        id
-    }
-
-    /// Elaborates inside of another scope; a scope inside of itself is a cycle.
-    fn inside<T>(
-        &mut self,
-        scope: Scope,
-        span: Span,
-        body: impl FnOnce(&mut Self) -> Option<T>,
-    ) -> Option<T> {
-        let open: Vec<&str> = self.scopes[1..]
-            .iter()
-            .map(|open| open.name.as_str())
-            .collect();
-        if let Some(first) = open.iter().position(|name| *name == scope.name) {
-            let chain: Vec<String> = open[first..].iter().map(|name| name.to_string()).collect();
-            return self.wrong(check::cycles::recursion(&chain, span));
-        }
-        if self.scopes.len() > MAX_CALLS {
-            return self.wrong(check::size::too_deep(span));
-        }
-        let (found, name, prelude) = (self.report.len(), scope.name.clone(), scope.prelude);
-        self.scopes.push(scope);
-        let result = body(self);
-        self.scopes.pop();
-        self.say_once(found, name, prelude);
-        result
-    }
-
-    /// Of what was found in a function of the prelude, one finding is enough for a user; what was found
-    /// in a function of the file is found again at its next use.
-    fn say_once(&mut self, found: usize, name: String, prelude: bool) {
-        if self.report.len() == found {
-            return;
-        }
-        let first_time = self.faulty.insert(name);
-        let enough = match (prelude, first_time) {
-            (true, _) => found + 1,
-            (false, true) => self.report.len(),
-            (false, false) => found,
-        };
-        self.report.truncate(enough);
-    }
-
-    // ---- calls
-
-    fn call(
-        &mut self,
-        name: &ast::Name,
-        family: Option<&ast::Name>,
-        args: &[ast::Argument],
-        span: Span,
-    ) -> Option<ExprId> {
-        if let Some(family) = family.filter(|_| !matches!(name.text.as_str(), "sum" | "sum0")) {
-            return self.wrong(check::arity::no_family(name, family.span));
-        }
-        let named = args.iter().find_map(|arg| arg.name.as_ref());
-        if let Some(named) = named {
-            return self.wrong(check::arity::by_position(name, named));
-        }
-        let values: Vec<Option<ExprId>> =
-            args.iter().map(|arg| self.elaborate(&arg.value)).collect();
-        match name.text.as_str() {
-            "sum" => self.reduction(Reduction::Sum, name, family, values, span),
-            "sum0" => self.reduction(Reduction::Sum0, name, family, values, span),
-            "ball" => {
-                let values = self.exactly(1, name, values)?;
-                self.ball(values[0], span)
-            }
-            "other" => self.exactly(1, name, values).and(None),
-            _ => match names::BUILTINS
-                .iter()
-                .find(|builtin| builtin.0 == name.text)
-            {
-                Some((_, builtin, arity)) => {
-                    let values = self.exactly(*arity, name, values)?;
-                    self.builtin(*builtin, name, values, span)
-                }
-                None => self.inline(name, values, span),
-            },
-        }
-    }
-
-    /// The arguments, if there are as many as there should be and none is wrong.
-    fn exactly(
-        &mut self,
-        arity: usize,
-        name: &ast::Name,
-        values: Vec<Option<ExprId>>,
-    ) -> Option<Vec<ExprId>> {
-        if values.len() != arity {
-            return self.wrong(check::arity::count(name, values.len(), arity));
-        }
-        values.into_iter().collect()
-    }
-
-    fn reduction(
-        &mut self,
-        reduction: Reduction,
-        name: &ast::Name,
-        family: Option<&ast::Name>,
-        values: Vec<Option<ExprId>>,
-        span: Span,
-    ) -> Option<ExprId> {
-        let family = self.family(family);
-        let values = self.exactly(1, name, values)?;
-        self.reduce(reduction, name, family?, values[0], span)
-    }
-
-    /// The family of that name; without a name, the horizon.
-    pub(crate) fn family(&mut self, name: Option<&ast::Name>) -> Option<FamilyId> {
-        let Some(name) = name else {
-            return Some(FamilyId(0));
-        };
-        match self.symbols.get(&name.text) {
-            Some(Symbol::Family(id)) => Some(*id),
-            Some(Symbol::Broken) => None,
-            _ => {
-                let known: Vec<String> = self
-                    .families
-                    .iter()
-                    .map(|family| family.name.clone())
-                    .collect();
-                self.wrong(check::names::unknown_family(name, &known))
-            }
-        }
-    }
-
-    /// The body of a function with the arguments put in. The body sees its parameters and the library,
-    /// never the model, so that nothing is captured.
-    fn inline(
-        &mut self,
-        name: &ast::Name,
-        values: Vec<Option<ExprId>>,
-        span: Span,
-    ) -> Option<ExprId> {
-        let prelude = self.scopes.last()?.prelude;
-        if !prelude && self.library.own.broken.contains(&name.text) {
-            return None;
-        }
-        let Some(function) = self.library.function(&name.text, prelude) else {
-            return self.unknown_function(name);
-        };
-        if values.len() != function.params.len() {
-            return self.wrong(check::arity::count(
-                name,
-                values.len(),
-                function.params.len(),
-            ));
-        }
-        if values.contains(&None) {
-            return None;
-        }
-        let locals = function
-            .params
-            .iter()
-            .map(|param| param.text.clone())
-            .zip(values)
-            .collect();
-        let prelude = function.name.span.prelude;
-        let scope = Scope {
-            name: format!("{}()", name.text),
-            locals,
-            model: false,
-            prelude,
-            call: Some(span),
-        };
-        self.inside(scope, name.span, |law| law.elaborate(&function.body))
-    }
-
-    fn unknown_function(&mut self, name: &ast::Name) -> Option<ExprId> {
-        let mut candidates: Vec<String> =
-            names::FORMS.iter().map(|form| form.to_string()).collect();
-        candidates.extend(names::BUILTINS.iter().map(|builtin| builtin.0.to_string()));
-        candidates.extend(
-            self.library
-                .own
-                .functions
-                .keys()
-                .chain(self.library.prelude.functions.keys())
-                .cloned(),
-        );
-        candidates.sort();
-        let is_value = self.visible_values().contains(&name.text);
-        let is_influence = self.library.influence(&name.text).is_some();
-        self.wrong(check::names::unknown_function(
-            name,
-            &candidates,
-            is_value,
-            is_influence,
-        ))
-    }
-
     // ---- case
 
-    fn case(&mut self, arms: &[(ast::Name, ast::Expr)], span: Span) -> Option<ExprId> {
+    pub(super) fn case(&mut self, arms: &[(ast::Name, ast::Expr)], span: Span) -> Option<ExprId> {
         let complete = check::flavours::complete(arms, span);
         let values: Vec<Option<ExprId>> = arms.iter().map(|(_, arm)| self.elaborate(arm)).collect();
         if !complete.is_empty() {

@@ -1,15 +1,17 @@
 //! [`ast`](crate::ast) -> [`ir`](crate::ir): names become ids, and every rule of the language is checked on the way.
 //!
 //! The journey of a model: `declare` (its names) -> `order` (its definitions, without cycles) -> `define`
-//! (each of them, then responses, breaks, updates), with `elaborate` and `typing` for expressions and
-//! `library` for what is defined outside of it.
+//! (each of them, then responses, breaks, updates), with `elaborate`, `lookup`, `calls` and `typing` for
+//! expressions and `library` for what is defined outside of it.
 
+mod calls;
 mod declare;
 mod define;
 mod elaborate;
 mod facts;
 pub(crate) mod influence;
 pub(crate) mod library;
+mod lookup;
 pub(crate) mod names;
 mod order;
 mod params;
