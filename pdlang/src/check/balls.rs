@@ -31,6 +31,6 @@ mod tests {
         refuse("let c = ball(sum(x)*x)", "PD022", "sum(x)");
         refuse("let c = ball(norm(x*xi))", "PD022", "xi");
         refuse("influence a = ball(x)", "PD022", "ball(x)");
-        accept("let c = ball(omega*x^2/norm(xi) + 1*omega) bond r = 2*x let d = ball(r)");
+        accept("let c = ball(omega*x^2/norm(xi) + x*omega) bond r = 2*x let d = ball(r)");
     }
 }

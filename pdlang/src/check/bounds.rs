@@ -48,12 +48,8 @@ mod tests {
 
     #[test]
     fn defaults_are_within_bounds() {
-        refuse("param p : number > 0 = 0 \"p\"", "PD033", "= 0");
-        refuse(
-            "param p : number in (-1, 0.5) = 0.5 \"p\"",
-            "PD033",
-            "= 0.5",
-        );
+        refuse("param p : number > 0 = 0 \"p\"", "PD033", "0");
+        refuse("param p : number in (-1, 0.5) = 0.5 \"p\"", "PD033", "0.5");
         refuse("param p : number > 1 < 0 \"p\"", "PD033", "0");
         refuse("param p : number in (1, 1] \"p\"", "PD033", "in (1, 1]");
         accept(

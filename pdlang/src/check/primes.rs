@@ -32,6 +32,6 @@ mod tests {
         refuse("bond b = s''", "PD021", "s''");
         refuse("bond b = (other(s))'", "PD021", "(other(s))'");
         refuse("influence a = x'", "PD021", "x'");
-        accept("node m = sum(x) bond b = m' - m + other(x)*ball(1)/delta bond c = b' - (b*s)'");
+        accept("node m = sum(x) bond b = m' - m + other(x)*ball(1) bond c = b' - (b*s)'");
     }
 }

@@ -111,7 +111,7 @@ mod tests {
         refuse("bond b = dot(xi, x)", "PD007", "x");
         refuse("bond b = tr(xi)", "PD007", "xi");
         refuse("bond b = exp(I)", "PD007", "I");
-        refuse("state T = I*1 N/m^6", "PD007", "I*1 N/m^6");
+        refuse("state T = I*1 [N/m^6]", "PD007", "I*1 [N/m^6]");
     }
 
     #[test]

@@ -35,7 +35,7 @@ mod tests {
     #[test]
     fn knows_units_and_kinds() {
         refuse("let c = 1 GPA", "PD011", "GPA");
-        refuse("let c = 2 K_d", "PD011", "K");
+        refuse("let c = 2 K_d", "PD001", "K_d");
         refuse("param l : lenght \"l\"", "PD011", "lenght");
         refuse("param l : [kg/mm^3/foot] \"l\"", "PD011", "foot");
         accept("param l : [kg/mm^3] = 1e3 kg/m³ \"l\" let c = 5 [W/(m K)] + 3 W/(1 m)/(1 K)");

@@ -86,10 +86,23 @@ impl<'t> Reader<'t> {
         }
     }
 
-    /// The name that a scrap would have declared.
-    pub(super) fn declared(&self, pair: &Pair<'t, Rule>) -> Option<Name> {
-        let start = pair.as_span().start();
-        let words = Grammar::parse(Rule::name_probe, pair.as_str()).ok()?;
+    /// The names that a scrap would have declared: at its start, and where reading stopped.
+    pub(super) fn declared(&self, pair: &Pair<'t, Rule>, probe: Rule) -> Vec<Name> {
+        let scrap = pair.as_str();
+        let stopped = Grammar::parse(probe, scrap)
+            .err()
+            .map(|error| match error.location {
+                InputLocation::Pos(at) | InputLocation::Span((at, _)) => at,
+            });
+        [Some(0), stopped]
+            .into_iter()
+            .flatten()
+            .filter_map(|at| self.declared_at(pair.as_span().start() + at, scrap.get(at..)?))
+            .collect()
+    }
+
+    fn declared_at(&self, start: usize, text: &'t str) -> Option<Name> {
+        let words = Grammar::parse(Rule::name_probe, text).ok()?;
         let ident = words
             .flat_map(Pair::into_inner)
             .find(|pair| pair.as_rule() == Rule::ident)?;

@@ -52,12 +52,14 @@ impl<'t> Reader<'t> {
 
     /// Operands with operators between them, grouped from the left.
     pub(super) fn chain(&self, pair: Pair<'t, Rule>, depth: usize) -> Build<(Expr, usize)> {
+        let whole = self.span(&pair);
         let mut parts = Children::of(pair);
         let (mut left, mut height) = self.tree(parts.any()?, depth)?;
         while let Some(op) = parts.next() {
-            let (right, right_height) = self.tree(parts.any()?, depth)?;
+            let operand = parts.any()?;
+            let span = join(whole, self.span(&operand));
+            let (right, right_height) = self.tree(operand, depth)?;
             height = height.max(right_height) + 1;
-            let span = join(left.span, right.span);
             let (left_box, right_box) = (Box::new(left), Box::new(right));
             let kind = match binary(&op) {
                 Some(operator) => ExprKind::Binary(operator, left_box, right_box),
@@ -105,12 +107,13 @@ impl<'t> Reader<'t> {
     pub(super) fn power(&self, pair: Pair<'t, Rule>, depth: usize) -> Build<(Expr, usize)> {
         let operands = pair.into_inner().filter(|part| part.as_rule() != Rule::hat);
         let mut operands: Vec<_> = operands
-            .map(|part| self.tree(part, depth))
+            .map(|part| Ok((self.span(&part), self.tree(part, depth)?)))
             .collect::<Build<_>>()?;
-        let (mut result, mut height) = operands.pop().ok_or(Failure::Unexpected)?;
-        while let Some((base, base_height)) = operands.pop() {
+        let (mut written, (mut result, mut height)) = operands.pop().ok_or(Failure::Unexpected)?;
+        while let Some((base_written, (base, base_height))) = operands.pop() {
             height = height.max(base_height) + 1;
-            let span = join(base.span, result.span);
+            let span = join(base_written, written);
+            written = span;
             if height > MAX_HEIGHT {
                 return Err(Failure::TooHigh(span));
             }
@@ -145,10 +148,11 @@ impl<'t> Reader<'t> {
     }
 
     pub(super) fn postfix(&self, pair: Pair<'t, Rule>, depth: usize) -> Build<(Expr, usize)> {
+        let whole = self.span(&pair);
         let mut parts = Children::of(pair);
         let (mut expr, mut height) = self.tree(parts.any()?, depth)?;
         for mark in parts {
-            let span = join(expr.span, self.span(&mark));
+            let span = join(whole, self.span(&mark));
             height += 1;
             if height > MAX_HEIGHT {
                 return Err(Failure::TooHigh(span));

@@ -22,7 +22,7 @@ impl<'t> Reader<'t> {
                         self.scrap(&pair, Rule::top_probe, report);
                     }
                     scraps += 1;
-                    file.broken.extend(self.declared(&pair));
+                    file.broken.extend(self.declared(&pair, Rule::top_probe));
                 }
                 _ => {}
             }
@@ -82,7 +82,7 @@ impl<'t> Reader<'t> {
                 Rule::item_scrap => {
                     model.complete = false;
                     self.scrap(&part, Rule::item_probe, report);
-                    model.broken.extend(self.declared(&part));
+                    model.broken.extend(self.declared(&part, Rule::item_probe));
                 }
                 _ => {}
             }

@@ -33,7 +33,8 @@ impl Elaborator<'_> {
         if self.expr(id).home <= home {
             return Some(());
         }
-        let blamed = self.blamed(id, |law, part| law.expr(part).home > home);
+        let far = self.expr(id).home;
+        let blamed = self.blamed(id, |law, part| law.expr(part).home == far);
         self.wrong(check::homes::too_far(
             what,
             name,

@@ -9,7 +9,7 @@ use crate::check;
 use crate::diag::Diagnostic;
 use crate::ir::{
     self, DefId, ExprId, ExprKind, FamilyId, FieldId, Flavour, HistoryId, Home, InfluenceId,
-    ParamId, Reduction, Shape,
+    ParamId, Shape,
 };
 use crate::resolve::facts::Facts;
 use crate::resolve::library::Library;
@@ -35,7 +35,6 @@ pub(crate) enum Symbol {
     /// Its definition is wrong and reported, or not reached yet.
     Broken,
 }
-
 
 /// What kind of text is elaborated.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -99,7 +98,7 @@ impl<'a> Elaborator<'a> {
             facts: Vec::new(),
             shared: HashMap::new(),
             scopes: vec![scope],
-            pub(super) faulty: HashSet::new(),
+            faulty: HashSet::new(),
             height: 0,
             steps: 0,
         }
@@ -257,11 +256,20 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    pub(super) fn both(&mut self, left: &ast::Expr, right: &ast::Expr) -> (Option<ExprId>, Option<ExprId>) {
+    pub(super) fn both(
+        &mut self,
+        left: &ast::Expr,
+        right: &ast::Expr,
+    ) -> (Option<ExprId>, Option<ExprId>) {
         (self.elaborate(left), self.elaborate(right))
     }
 
-    pub(super) fn number(&mut self, value: f64, unit: Option<&ast::UnitExpr>, span: Span) -> Option<ExprId> {
+    pub(super) fn number(
+        &mut self,
+        value: f64,
+        unit: Option<&ast::UnitExpr>,
+        span: Span,
+    ) -> Option<ExprId> {
         let (factor, unit) = match unit {
             None => (1.0, Unit::NUMBER),
             Some(unit) => units::evaluate(unit, self.report)?,

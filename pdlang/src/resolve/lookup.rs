@@ -1,6 +1,5 @@
 //! What a name stands for, and from where it is seen.
 
-use crate::ast;
 use crate::check;
 use crate::ir::{self, DefId, ExprId, ExprKind, Home, Shape};
 use crate::resolve::elaborate::{Context, Elaborator, Symbol};
