@@ -36,8 +36,8 @@ fn a_step_allocates_nothing() {
     pool.install(|| {
         for traversal in [Traversal::Lattice, Traversal::Cloud] {
             for (name, params) in [
-                ("pmb", vec![scene::K, 4e-3]),
-                ("lps", vec![scene::K, scene::G, 4e-3]),
+                ("pmb", vec![scene::K, 2e-3]),
+                ("lps", vec![scene::K, scene::G, 2e-3]),
             ] {
                 let law = registry::find(name)
                     .and_then(|e| e.compiled(3))

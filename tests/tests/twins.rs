@@ -46,12 +46,12 @@ fn agree(spec: Spec, kernel: &'static CompiledKernel, params: Vec<f64>) {
 
 #[test]
 fn pmb_compiled_is_pmb_interpreted() {
-    agree(tapes::pmb(), &bodies::PMB, scene::pmb_params(4e-3));
+    agree(tapes::pmb(), &bodies::PMB, scene::pmb_params(2e-3));
 }
 
 #[test]
 fn lps_compiled_is_lps_interpreted() {
-    agree(tapes::lps(), &bodies::LPS, scene::lps_params(4e-3));
+    agree(tapes::lps(), &bodies::LPS, scene::lps_params(2e-3));
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -63,7 +63,7 @@ fn intrinsics_give_the_same_bits() {
     }
     let body = scene::body(N);
     let n = N as usize;
-    let params = scene::pmb_params(4e-3);
+    let params = scene::pmb_params(2e-3);
     for traversal in BOTH {
         let law = Law {
             spec: tapes::pmb(),

@@ -46,7 +46,9 @@ impl Twin {
             b: zero(),
             q: zero(),
         };
-        let mut cell = vec![[0usize; 3]; slot.len()];
+        // Slots that no node has repeat node 0; nothing reads them.
+        let slots = slot.iter().max().map_or(0, |last| *last as usize + 1);
+        let mut cell = vec![[0usize; 3]; slots.next_multiple_of(8)];
         for (node, &s) in slot.iter().enumerate() {
             cell[s as usize] = [node % n, node / n % n, node / n / n];
             for a in 0..3 {
