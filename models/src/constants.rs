@@ -49,7 +49,7 @@ fn influences(law: &ir::Law, scene: &Scene) -> Option<Vec<(ir::InfluenceFn, Vec<
         .iter()
         .zip(given)
         .map(|(slot, given)| match &given.text {
-            Some(text) => pdlang::front::influence_call(text, &[]).ok(),
+            Some(text) => language::influence(text, &given.constants).ok(),
             None => slot.default.clone().map(|f| (f, given.values.clone())),
         })
         .collect()

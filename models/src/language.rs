@@ -10,7 +10,7 @@ use pdlang::units::Unit;
 use pdlang::{assemble, direct, front, quantity};
 use pdlang_runtime::engine::Law;
 use pdlang_runtime::language::{
-    Compiled, Complaint, Expected, Exponents, Language, LawError, Variable,
+    Compiled, Complaint, Constant, Expected, Exponents, Language, LawError, Variable,
 };
 use pdlang_runtime::scene::nearest;
 use pdlang_runtime::spec::{InfluenceFn, Op, Spec, Tape};
@@ -46,9 +46,12 @@ impl Language for Pdlang {
         interpreted(&find(name, directory)?, dim)
     }
 
-    fn influence(&self, text: &str) -> Result<(InfluenceFn, Vec<f64>), Vec<Complaint>> {
-        let (function, values) =
-            front::influence_call(text, &[]).map_err(|d| complaints(text, &d))?;
+    fn influence(
+        &self,
+        text: &str,
+        constants: &[Constant],
+    ) -> Result<(InfluenceFn, Vec<f64>), Vec<Complaint>> {
+        let (function, values) = influence(text, constants).map_err(|d| complaints(text, &d))?;
         match carried(&assemble::influence_fn(&function)) {
             Ok(function) => Ok((function, values)),
             Err(message) => Err(vec![whole(text, message)]),
@@ -74,6 +77,18 @@ pub fn find(name: &str, directory: &Path) -> Result<ir::Law, LawError> {
     }
     let entry = registry::find(name).ok_or_else(|| unknown(name))?;
     entry.law().map_err(|d| broken(name, name, entry.text, &d))
+}
+
+/// A choice of influence function, as the compiler has it.
+pub(crate) fn influence(
+    text: &str,
+    constants: &[Constant],
+) -> Result<(ir::InfluenceFn, Vec<f64>), Vec<Diagnostic>> {
+    let constants: Vec<(&str, f64, Unit)> = constants
+        .iter()
+        .map(|c| (c.name.as_str(), c.value, of(c.unit)))
+        .collect();
+    front::influence_call(text, &constants)
 }
 
 /// A number with or without a unit; without one it is in SI.

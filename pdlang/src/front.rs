@@ -109,7 +109,7 @@ pub fn expression(
 
 /// Reads a choice of influence function: a name, a call with named parameters such as
 /// `"softened(p = 0, eps = 0.5 mm)"`, or an expression in the bond length such as `"1/x"`. Known are
-/// `extra` and those of the prelude.
+/// the functions of the prelude, and `constants` as names for numbers: SI value and unit.
 ///
 /// Returns the function and a value for each of its parameters.
 ///
@@ -117,7 +117,7 @@ pub fn expression(
 /// Findings that point into `text`.
 pub fn influence_call(
     text: &str,
-    extra: &[InfluenceFn],
+    constants: &[(&str, f64, Unit)],
 ) -> Result<(InfluenceFn, Vec<f64>), Vec<Diagnostic>> {
     let written = parse::expression(text)?;
     let mut library = Library::of(
@@ -126,7 +126,10 @@ pub fn influence_call(
         library::prelude(),
         &mut Vec::new(),
     );
-    library.own.influences.extend_from_slice(extra);
+    let named = constants.iter();
+    library.constants = named
+        .map(|(name, value, unit)| (name.to_string(), *value, unit.clone()))
+        .collect();
     let mut report = Vec::new();
     let function = resolve::influence::choice(&written, &library, &mut report);
     let values = function

@@ -35,6 +35,15 @@ pub struct Variable {
     pub unit: Exponents,
 }
 
+/// A name for a number.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Constant {
+    pub name: String,
+    /// In SI units.
+    pub value: f64,
+    pub unit: Exponents,
+}
+
 /// What an expression must be.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Expected {
@@ -91,11 +100,15 @@ pub trait Language: Sync {
     fn law(&self, name: &str, directory: &Path, dim: usize) -> Result<Law, LawError>;
 
     /// An influence function with the values of its parameters in SI units, from a call such as
-    /// `softened(p = 0, eps = 0.5 mm)` or an expression in `x` such as `1/x`.
+    /// `softened(p = 0, eps = 0.5 mm)` or an expression in `x` such as `1/x`; `constants` may stand for numbers.
     ///
     /// # Errors
     /// Everything that is wrong with the text.
-    fn influence(&self, text: &str) -> Result<(InfluenceFn, Vec<f64>), Vec<Complaint>>;
+    fn influence(
+        &self,
+        text: &str,
+        constants: &[Constant],
+    ) -> Result<(InfluenceFn, Vec<f64>), Vec<Complaint>>;
 
     /// A unit as a user writes it: `Pa`, `kg m^-3`; `1` for a number.
     fn unit_name(&self, unit: Exponents) -> String;

@@ -76,15 +76,32 @@ fn expressions_are_checked_with_units_or_are_plain_numbers() {
 #[test]
 fn influence_functions_come_with_their_values() {
     let (function, values) = Pdlang
-        .influence("softened(p = 2, eps = 0.5 mm)")
+        .influence("softened(p = 2, eps = 0.5 mm)", &[])
         .expect("in the prelude");
     assert_eq!(
         (function.name.as_str(), values),
         ("softened", vec![2.0, 0.5e-3])
     );
-    assert!(Pdlang.influence("1/x").is_ok());
-    assert!(Pdlang.influence("softened(p = 2)").is_err());
-    assert!(Pdlang.influence("sin(").is_err());
+    assert!(Pdlang.influence("1/x", &[]).is_ok());
+    assert!(Pdlang.influence("softened(p = 2)", &[]).is_err());
+    assert!(Pdlang.influence("sin(", &[]).is_err());
+}
+
+#[test]
+fn names_of_the_scene_stand_for_numbers_in_influence_functions() {
+    let constant = |name: &str, value, unit| Constant {
+        name: name.into(),
+        value,
+        unit,
+    };
+    let names = [constant("a", 0.5e-3, LENGTH), constant("n", 2.0, NUMBER)];
+    let values = |text: &str| Pdlang.influence(text, &names).map(|(_, values)| values);
+    assert_eq!(values("softened(p = n, eps = 2*a)"), Ok(vec![2.0, 1e-3]));
+    assert!(values("softened(p = a, eps = a)").is_err(), "p is a number");
+    let (function, values) = Pdlang
+        .influence("exp(-x/a)", &names)
+        .expect("an expression");
+    assert!(values.is_empty() && function.body.ops.contains(&Op::Lit(0.5e-3)));
 }
 
 #[test]
@@ -121,6 +138,6 @@ fn no_text_panics() {
         ] {
             let _ = compile(text, expected);
         }
-        let _ = Pdlang.influence(text);
+        let _ = Pdlang.influence(text, &[]);
     }
 }

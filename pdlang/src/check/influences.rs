@@ -26,6 +26,15 @@ pub(crate) fn missing(function: &str, params: &[String], span: Span) -> Diagnost
     .help(format!("`{function}({example})`"))
 }
 
+pub(crate) fn unknown(name: &str, span: Span, known: &[&str]) -> Diagnostic {
+    let finding = Diagnostic::error(CODE, format!("there is no influence function `{name}`"))
+        .at(span, "unknown influence function");
+    match suggest::question(name, known) {
+        Some(question) => finding.help(question),
+        None => finding.help(format!("known are {}", known.join(", "))),
+    }
+}
+
 pub(crate) fn unknown_parameter(function: &str, name: &Name, known: &[String]) -> Diagnostic {
     let finding = Diagnostic::error(
         CODE,
@@ -91,6 +100,14 @@ mod tests {
         refuse("influence a = gaussian(1 mm)", "PD050", "1 mm");
         refuse("influence a = gaussian(l = -1 mm)", "PD050", "-1 mm");
         refuse("influence a = x > 0", "PD050", "x > 0");
+        refuse(
+            "influence a = softend(p = 0, eps = 1 mm)",
+            "PD050",
+            "softend",
+        );
+        refuse("influence a = gausian(1 mm)", "PD050", "gausian");
+        refuse("influence a = linaer", "PD050", "linaer");
+        refuse("influence a = hat(r = 1)", "PD050", "hat");
         accept(
             "influence a = constant influence b = softened(p = -1/2, eps = 2*1 mm) influence c = 1 - x/delta influence d",
         );

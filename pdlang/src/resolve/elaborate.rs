@@ -118,6 +118,20 @@ impl<'a> Elaborator<'a> {
         }
     }
 
+    /// Makes the constants of the library visible, as the numbers that they are.
+    pub(crate) fn add_constants(&mut self) {
+        for (name, value, unit) in &self.library.constants {
+            let value = self.push(
+                ExprKind::Number(*value),
+                Shape::Scalar,
+                Home::Constant,
+                unit.clone(),
+                Span::default(),
+            );
+            self.scopes[0].locals.push((name.clone(), value));
+        }
+    }
+
     // ---- what passes and checks ask
 
     pub(crate) fn expr(&self, id: ExprId) -> &ir::Expr {

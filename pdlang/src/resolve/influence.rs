@@ -1,11 +1,12 @@
 //! Influence functions: library definitions, and what a law or a scene chooses for one.
 
 use crate::ast;
-use crate::check::{bounds, duplicates, influences, quantities, reserved};
+use crate::check::{bounds, duplicates, influences, quantities, reserved, suggest};
 use crate::diag::Diagnostic;
 use crate::ir::{ExprId, ExprKind, InfluenceFn, Param, Shape};
 use crate::resolve::elaborate::{Context, Elaborator};
 use crate::resolve::library::Library;
+use crate::resolve::names;
 use crate::resolve::params;
 use crate::span::Span;
 use crate::units::Unit;
@@ -60,6 +61,7 @@ fn body<'n>(
 ) -> Option<Body> {
     let mut elaborator = Elaborator::new(library, Context::Influence, report);
     elaborator.add_variables(variables);
+    elaborator.add_constants();
     let root = elaborator.elaborate(written)?;
     if elaborator.expr(root).shape != Shape::Scalar {
         return elaborator.wrong(influences::not_scalar(written.span));
@@ -82,6 +84,15 @@ pub(crate) fn choice(
         ast::ExprKind::Call { name, args, .. } if library.influence(&name.text).is_some() => {
             call(&name.text, args, name.span, library, report)
         }
+        ast::ExprKind::Name(name) if misspelt(name, library) => {
+            unknown(name, written.span, library, report)
+        }
+        // Nothing but an influence function takes arguments by name, so nothing else can be meant.
+        ast::ExprKind::Call { name, args, .. }
+            if args.iter().any(|arg| arg.name.is_some()) || misspelt(&name.text, library) =>
+        {
+            unknown(&name.text, name.span, library, report)
+        }
         _ => {
             let (body, exprs) = body(
                 std::iter::once(("x", Unit::length())),
@@ -102,6 +113,30 @@ pub(crate) fn choice(
             })
         }
     }
+}
+
+/// Whether this is no name at all, but nearly that of an influence function.
+fn misspelt(name: &str, library: &Library) -> bool {
+    let constants = library.constants.iter().map(|constant| constant.0.as_str());
+    let primitives = names::PRIMITIVES.iter().map(|primitive| primitive.name);
+    let builtins = names::BUILTINS.iter().map(|builtin| builtin.0);
+    let mut known = constants.chain(primitives).chain(builtins).chain(["x"]);
+    let functions = library.influences().map(|known| &known.name);
+    !known.any(|known| known == name)
+        && library.function(name, false).is_none()
+        && library.definition(name, false).is_none()
+        && suggest::nearest(name, functions).is_some()
+}
+
+fn unknown<T>(
+    name: &str,
+    span: Span,
+    library: &Library,
+    report: &mut Vec<Diagnostic>,
+) -> Option<T> {
+    let known: Vec<&str> = library.influences().map(|f| f.name.as_str()).collect();
+    report.push(influences::unknown(name, span, &known));
+    None
 }
 
 fn call(
@@ -180,6 +215,7 @@ fn number(
 ) -> Option<f64> {
     let what = format!("`{name}`");
     let mut elaborator = Elaborator::new(library, Context::Scene, report);
+    elaborator.add_constants();
     let root = elaborator.elaborate(written)?;
     let (value, any_unit) = (
         elaborator.facts(root).literal,

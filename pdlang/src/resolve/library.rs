@@ -6,6 +6,7 @@ use crate::diag::Diagnostic;
 use crate::ir;
 use crate::parse;
 use crate::resolve::influence;
+use crate::units::Unit;
 use std::collections::{HashMap, HashSet};
 use std::sync::LazyLock;
 
@@ -25,6 +26,8 @@ pub(crate) struct Library<'a> {
     pub prelude: &'a Shelf,
     /// The file itself, from which influence functions without a name take theirs.
     pub text: &'a str,
+    /// Constants that a scene gives names: SI value and unit.
+    pub constants: Vec<(String, f64, Unit)>,
 }
 
 static PRELUDE: LazyLock<Shelf> = LazyLock::new(|| {
@@ -52,6 +55,7 @@ impl<'a> Library<'a> {
             own: Shelf::default(),
             prelude,
             text,
+            constants: Vec::new(),
         };
         library.own.broken = file.broken.into_iter().map(|name| name.text).collect();
         library.add_functions(file.functions, report);

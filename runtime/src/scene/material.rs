@@ -4,7 +4,7 @@ use super::document::{Data, Value};
 use super::problem::Problem;
 use super::section::{Section, listed};
 use crate::engine::Law;
-use crate::language::dimension;
+use crate::language::{Constant, dimension};
 use crate::spec::{InfluenceFn, Number, ParamSpec};
 
 /// A law with the values that a scene gives it.
@@ -31,6 +31,8 @@ pub struct Influence {
     pub values: Vec<f64>,
     /// As the scene writes it; `None` for the law's own default.
     pub text: Option<String>,
+    /// What the names of the scene in this text stand for.
+    pub constants: Vec<Constant>,
 }
 
 const WORDS: [(&str, bool); 2] = [("integral", false), ("lattice", true)];
@@ -217,6 +219,7 @@ fn influence(
                 .map(default_of)
                 .collect::<Option<_>>()?,
             text: None,
+            constants: Vec::new(),
         }),
         (None, None) => section.require(
             "influence",
@@ -230,11 +233,13 @@ fn chosen(section: &Section<'_>, place: &Value) -> Option<Influence> {
     let Data::Text(text) = &place.data else {
         return None;
     };
-    match section.reader.language.influence(text) {
+    let constants = section.reader.constants();
+    match section.reader.language.influence(text, &constants) {
         Ok((function, values)) => Some(Influence {
             function,
             values,
             text: Some(text.clone()),
+            constants,
         }),
         Err(complaints) => {
             section.reader.complain_all(complaints, text, place);

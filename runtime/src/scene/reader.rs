@@ -9,7 +9,9 @@ use super::formula;
 use super::problem::Problem;
 use super::section::Section;
 
-use crate::language::{Compiled, Complaint, Expected, Exponents, Language, Variable, dimension};
+use crate::language::{
+    Compiled, Complaint, Constant, Expected, Exponents, Language, Variable, dimension,
+};
 use crate::spec::{Op, Tape};
 
 /// A named expression of `[let]`: a constant, or a function of the coordinates, in SI units.
@@ -95,6 +97,19 @@ impl<'a> Reader<'a> {
 
     pub fn define(&self, named: Named) {
         self.named.borrow_mut().push(named);
+    }
+
+    /// The names of [let] that are numbers, not functions of the coordinates.
+    pub fn constants(&self) -> Vec<Constant> {
+        let named = self.named.borrow();
+        let constant = |n: &Named| Constant {
+            name: n.name.clone(),
+            value: formula::value(&n.tape),
+            unit: n.unit,
+        };
+        let mut found: Vec<Constant> = named.iter().map(constant).collect();
+        found.retain(|c| c.value.is_finite());
+        found
     }
 
     /// A number in SI units, or a text with a unit, or an expression of named constants.

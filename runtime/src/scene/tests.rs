@@ -7,7 +7,7 @@ use crate::body::Flavour;
 use crate::carve::Anchor;
 use crate::engine::Law;
 use crate::language::{
-    Compiled, Complaint, Expected, Exponents, Language, LawError, Variable, dimension,
+    Compiled, Complaint, Constant, Expected, Exponents, Language, LawError, Variable, dimension,
 };
 use crate::observe::Schedule;
 use crate::shape::Shape;
@@ -64,7 +64,11 @@ impl Language for Plain {
         }
     }
 
-    fn influence(&self, text: &str) -> Result<(InfluenceFn, Vec<f64>), Vec<Complaint>> {
+    fn influence(
+        &self,
+        text: &str,
+        _: &[Constant],
+    ) -> Result<(InfluenceFn, Vec<f64>), Vec<Complaint>> {
         Ok((constant(text), Vec::new()))
     }
 
