@@ -2,7 +2,7 @@
 
 use super::document::{Data, Value};
 use super::problem::Problem;
-use super::section::{Section, listed, nearest};
+use super::section::{Placed, Section, listed, nearest};
 use super::shape;
 use crate::language::dimension::TIME;
 use crate::observe::{Outputs, Picture, Schedule, View};
@@ -34,10 +34,11 @@ pub(super) fn read(section: Section<'_>, spec: &Spec, end: Option<End>) -> Optio
         Schedule::Never
     };
     let pictures = schedule(&section, "pictures", usual);
+    let mut names = Vec::new();
     let mut views: Vec<_> = section
         .sections("picture")
         .into_iter()
-        .map(|s| picture(s, spec))
+        .map(|s| picture(s, spec, &mut names))
         .collect();
     if views.is_empty() && pictures.as_ref().is_some_and(|p| *p != Schedule::Never) {
         views.push(Some(usual_picture()));
@@ -156,7 +157,9 @@ fn quantity(section: &Section<'_>, value: &Value, spec: &Spec, part: bool) -> Op
 }
 
 /// `[[output.picture]]`.
-fn picture(section: Section<'_>, spec: &Spec) -> Option<Picture> {
+fn picture(section: Section<'_>, spec: &Spec, names: &mut Vec<Placed<String>>) -> Option<Picture> {
+    let reader = section.reader;
+    let place = section.span.clone();
     let usual = usual_picture();
     let quantity = match section.value("of") {
         Some(value) => quantity(&section, value, spec, true),
@@ -166,14 +169,36 @@ fn picture(section: Section<'_>, spec: &Spec) -> Option<Picture> {
     let range = range(&section);
     let width = section.count("width", 16);
     let deformed = section.flag("deformed");
-    let name = section.text("name").map(|n| n.value.to_string());
+    let given = section.text("name");
     let region = section
         .value("region")
         .map(|_| shape::read(&section, "region", spec.dim));
     section.finish();
     let quantity = quantity?;
+    let name = match given {
+        Some(given) => Placed {
+            value: given.value.to_string(),
+            span: given.span,
+        },
+        None => Placed {
+            value: quantity.replace('.', "_"),
+            span: place,
+        },
+    };
+    if let Some(first) = names.iter().find(|other| other.value == name.value) {
+        let shared = name.value;
+        let problem = Problem::new(format!("two pictures are called `{shared}`"))
+            .at(name.span, "this one would overwrite the other")
+            .at(first.span.clone(), "the other one")
+            .help(format!(
+                "a picture without a name is called after its quantity: add name = \"{shared}-2\""
+            ));
+        reader.complain(problem);
+        return None;
+    }
+    names.push(name.clone());
     Some(Picture {
-        name: name.unwrap_or_else(|| quantity.replace('.', "_")),
+        name: name.value,
         quantity,
         view: view.unwrap_or_default(),
         range: range?,
