@@ -191,7 +191,7 @@ impl Simulation {
         self.broken_at_measure = self.broken;
         let stable = self.measure(safety);
         if stable.dt < self.dt {
-            self.set_step(stable.dt);
+            self.set_step(self.fitted(stable.dt));
             self.stable = Some(stable);
             self.steps = self.last_step();
         }

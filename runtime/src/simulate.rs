@@ -268,13 +268,24 @@ impl Simulation {
                 "give the time step, or a horizon that reaches the neighbours",
             ));
         }
-        let dt = match (self.end, self.rule) {
-            (End::Time(end), StepRule::Stable { .. }) => end / (end / dt - 1e-9).ceil(),
-            _ => dt,
+        let dt = match self.rule {
+            StepRule::Stable { .. } => self.fitted(dt),
+            StepRule::Fixed(_) => dt,
         };
         self.set_step(dt);
         self.steps = self.last_step();
         Ok(())
+    }
+
+    /// The largest step up to `dt` of which a whole number leads from here to the end.
+    pub(crate) fn fitted(&self, dt: f64) -> f64 {
+        match self.end {
+            End::Steps(_) => dt,
+            End::Time(end) => {
+                let rest = end - self.state.time;
+                rest / (rest / dt - 1e-9).ceil().max(1.0)
+            }
+        }
     }
 
     /// The stable step of the present state, where forces have just been evaluated.
