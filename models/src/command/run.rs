@@ -73,7 +73,8 @@ pub fn execute(matches: &ArgMatches) -> Outcome {
         .unwrap_or_else(|| Path::new("out").join(&scene.name));
     print!("{}", statement::of(&scene, &simulation).text());
     println!("  {:<10} {}", "output", out.display());
-    go(&scene, &mut simulation, &out)
+    // On a thread of the pool: from outside of it every parallel loop would be a message there and back.
+    rayon::scope(|_| go(&path, &scene, &mut simulation, &out))
 }
 
 /// Sets the number of threads for the whole process.
