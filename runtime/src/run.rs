@@ -9,6 +9,7 @@ use crate::engine::Breaking;
 use crate::integrate::{add_scaled, drift, kick, kick_and_drift};
 use crate::observe::{Observer, Summary};
 use crate::simulate::{REMEASURE, Simulation, StepRule, Stopped};
+use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 /// A run counts as unstable when its energy exceeds what was put in by this factor in [`STRIKES`] rows of the history
@@ -47,7 +48,8 @@ impl Simulation {
     /// Runs to the end.
     ///
     /// Errors: the run went unstable (a number that is not finite, a node that moved by more than the horizon in one
-    /// step, energy beyond [`ENERGY_FACTOR`] times all energy put in) or an observer could not write.
+    /// step, energy beyond [`ENERGY_FACTOR`] times all energy put in), an observer could not write, or the run was
+    /// asked to stop: then there is a checkpoint of the step that was reached.
     pub fn run(&mut self, observer: &mut dyn Observer) -> Result<Summary, Stopped> {
         let before = self.timings.setup + self.timings.stable_step;
         let began = Instant::now();
@@ -89,6 +91,9 @@ impl Simulation {
                 return Err(self.unstable(observer, why));
             }
             self.save(observer)?;
+            if self.interrupt.load(Ordering::Relaxed) {
+                return Err(self.interrupted(observer));
+            }
         }
     }
 
@@ -296,6 +301,19 @@ impl Simulation {
         stopped
     }
 
+    /// Stops here, as was asked for.
+    fn interrupted(&self, observer: &mut dyn Observer) -> Stopped {
+        let mut stopped = self.stopped(None, "interrupted".into());
+        match observer.checkpoint(self) {
+            Ok(path) => stopped.checkpoint = path.or(stopped.checkpoint),
+            Err(why) => stopped.reason = format!("interrupted, and {why}"),
+        }
+        Stopped {
+            interrupted: true,
+            ..stopped
+        }
+    }
+
     /// A last checkpoint where all numbers are still finite; else the one before.
     fn rescue(&mut self, observer: &mut dyn Observer) -> Option<std::path::PathBuf> {
         let finite = self
@@ -338,6 +356,7 @@ impl Simulation {
 
     fn stopped(&self, node: Option<usize>, reason: String) -> Stopped {
         Stopped {
+            interrupted: false,
             step: self.state.step,
             time: self.state.time,
             node: node.map(|n| (n, self.body.x[n])),

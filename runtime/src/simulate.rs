@@ -12,6 +12,8 @@ use crate::shape::{Shape, Surface, tolerance};
 use crate::spec::Spec;
 use crate::spectrum::{StableStep, stable_step};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 /// Everything a run needs. A scene file becomes one of these.
@@ -100,11 +102,15 @@ pub struct Simulation {
     pub(crate) watch: Watch,
     pub(crate) evaluations: u64,
     pub(crate) last_checkpoint: Option<PathBuf>,
+    /// Set it, from any thread, and the run stops at the end of its step with a checkpoint.
+    pub interrupt: Arc<AtomicBool>,
 }
 
-/// A run that could not go on.
+/// A run that could not go on, or was not to.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stopped {
+    /// Whether it was asked to stop; otherwise something is wrong.
+    pub interrupted: bool,
     pub step: u64,
     /// [s]
     pub time: f64,
@@ -196,6 +202,7 @@ impl Simulation {
             watch: Watch::default(),
             evaluations: 0,
             last_checkpoint: None,
+            interrupt: Arc::default(),
         };
         crate::observe::check(&simulation)?;
         simulation.timings.setup = began.elapsed().as_secs_f64();

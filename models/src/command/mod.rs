@@ -1,7 +1,7 @@
 //! The command line: one file per command, exit codes as a contract.
 //!
 //! 0: done. 1: the input is wrong (a scene, a law, a file). 2: the command line is wrong. 3: the run went
-//! unstable or could not go on.
+//! unstable or could not go on. 130: the user stopped it.
 
 mod check;
 mod models;
@@ -23,6 +23,8 @@ pub enum Failure {
     Input(String),
     /// The run could not go on: exit code 3. The text says the step, the node, the reason and the last checkpoint.
     Run(String),
+    /// The user stopped the run: exit code 130. The text says how to go on.
+    Interrupted(String),
 }
 
 impl Failure {
@@ -36,6 +38,9 @@ impl Failure {
 fn input_error(what: impl std::fmt::Display, remedy: impl std::fmt::Display) -> Failure {
     Failure::Input(format!("error: {what}\n  = help: {remedy}"))
 }
+
+/// What shells report of a program that Ctrl-C ended: 128 and the number of the signal.
+const INTERRUPTED: u8 = 130;
 
 type Outcome = Result<(), Failure>;
 
@@ -51,6 +56,10 @@ pub fn main() -> ExitCode {
             eprintln!("{text}");
             ExitCode::from(3)
         }
+        Err(Failure::Interrupted(text)) => {
+            eprintln!("{text}");
+            ExitCode::from(INTERRUPTED)
+        }
     }
 }
 
@@ -59,7 +68,8 @@ fn cli() -> Command {
         .version(env!("CARGO_PKG_VERSION"))
         .about("Peridynamic laws as pages of maths: check them, plan a scene, run it")
         .after_help(
-            "Exit codes: 0 done; 1 the input is wrong; 2 the command line is wrong; 3 the run went unstable.",
+            "Exit codes: 0 done; 1 the input is wrong; 2 the command line is wrong; 3 the run went unstable;\n\
+             130 Ctrl-C.",
         )
         .subcommand_required(true)
         .arg_required_else_help(true)

@@ -1,16 +1,17 @@
 //! `pdlang run`: a scene from its text to its files.
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
 
 use clap::{Arg, ArgMatches, Command, value_parser};
 use pdlang_models::language::Pdlang;
 use pdlang_runtime::observe::Files;
 use pdlang_runtime::scene::{Problems, Scene, node_table};
-use pdlang_runtime::simulate::Simulation;
+use pdlang_runtime::simulate::{Simulation, Stopped};
 
 use super::progress::Progress;
 use super::statement;
-use super::{Failure, Outcome, color, input_error};
+use super::{Failure, INTERRUPTED, Outcome, color, input_error};
 
 pub fn command() -> Command {
     Command::new("run")
@@ -33,7 +34,8 @@ pub fn command() -> Command {
         )
         .after_help(
             "Writes fields/*.vtu with fields.pvd, history.csv, summary.json, pictures as PNG, and checkpoints\n\
-             where the scene asks for them. A scene with `steps = 0` evaluates the forces once and writes nodes.csv.",
+             where the scene asks for them. A scene with `steps = 0` evaluates the forces once and writes nodes.csv.\n\
+             Ctrl-C stops the run at the end of its step with a checkpoint; a second one stops it at once.",
         )
 }
 
@@ -96,11 +98,12 @@ pub fn wrong(problems: Problems) -> Failure {
     Failure::Input(problems.render(color()))
 }
 
-fn go(scene: &Scene, simulation: &mut Simulation, out: &Path) -> Outcome {
+fn go(path: &Path, scene: &Scene, simulation: &mut Simulation, out: &Path) -> Outcome {
+    stop_on_ctrl_c(simulation)?;
     let mut files = Files::new(out).with(Box::new(Progress::new()));
     let summary = simulation
         .run(&mut files)
-        .map_err(|stopped| Failure::Run(format!("error: {stopped}")))?;
+        .map_err(|stopped| failure(&stopped, path, out))?;
     if scene.node_table {
         let path = out.join("nodes.csv");
         node_table::write(simulation, &path)
@@ -108,4 +111,34 @@ fn go(scene: &Scene, simulation: &mut Simulation, out: &Path) -> Outcome {
     }
     print!("{}", statement::result(&summary));
     Ok(())
+}
+
+/// From here on the first Ctrl-C ends the run at the end of its step, the second one at once.
+fn stop_on_ctrl_c(simulation: &Simulation) -> Outcome {
+    let interrupt = simulation.interrupt.clone();
+    ctrlc::set_handler(move || {
+        if interrupt.swap(true, Ordering::Relaxed) {
+            std::process::exit(INTERRUPTED.into());
+        }
+    })
+    .map_err(|e| Failure::plain(format!("cannot listen to Ctrl-C: {e}")))
+}
+
+fn failure(stopped: &Stopped, scene: &Path, out: &Path) -> Failure {
+    if !stopped.interrupted {
+        return Failure::Run(format!("error: {stopped}"));
+    }
+    let how = match &stopped.checkpoint {
+        Some(checkpoint) => format!(
+            "go on with `pdlang run {} --out {} --resume {}`",
+            scene.display(),
+            out.display(),
+            checkpoint.display()
+        ),
+        None => "there is nothing to go on from".into(),
+    };
+    let (step, time, why) = (stopped.step, stopped.time, &stopped.reason);
+    Failure::Interrupted(format!(
+        "{why} after step {step} (t = {time:.6e} s)\n  = help: {how}"
+    ))
 }
