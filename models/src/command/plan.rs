@@ -34,7 +34,8 @@ pub fn execute(matches: &ArgMatches) -> Outcome {
     let scene = read(&path)?;
     let mut simulation = scene.simulation().map_err(wrong)?;
     let mut plan = statement::of(&scene, &simulation);
-    let per_step = seconds_per_force(&mut simulation);
+    // On a thread of the pool, as a run is.
+    let per_step = rayon::scope(|_| seconds_per_force(&mut simulation));
     let report = simulation.engine.report();
     let ns = per_step * 1e9 / report.bonds.max(1) as f64;
     let evaluations = simulation.steps.saturating_sub(simulation.state.step) + 1;
