@@ -83,7 +83,7 @@ fn histories_are_directed_and_change_at_commits_only() {
                     e.forces(&mut s, Breaking::Held);
                     let found = forces(&e).swap_remove(0);
                     assert!(
-                        difference(&[found], &[truth.clone()]) < 1e-13,
+                        difference(&[found], std::slice::from_ref(truth)) < 1e-13,
                         "{n} {traversal:?} {isa:?}"
                     );
                     let count = e.state_slots("n").unwrap()[0];
@@ -133,7 +133,7 @@ fn fields_have_rates_over_named_families() {
                 let (field, rate) = e.rates().next().unwrap();
                 assert_eq!(field, slot);
                 let found: Vec<f64> = e.slots().iter().map(|&s| rate[s as usize]).collect();
-                assert!(difference(&[found], &[truth.clone()]) < 1e-14);
+                assert!(difference(&[found], std::slice::from_ref(&truth)) < 1e-14);
                 assert!(e.force().is_empty() && e.energy(&s).is_empty());
             }
         }
