@@ -77,6 +77,7 @@ fn bar(nodes: u32) -> Body {
             .map(|i| [start + SPACING * i as f64, 0.0, 0.0])
             .collect(),
         volume: vec![SPACING; nodes as usize],
+        material: vec![],
         cross: 1.0,
         grid: Some(Grid {
             origin: [start, 0.0, 0.0],
@@ -93,7 +94,7 @@ fn settings(law: &Law, params: Vec<f64>) -> Settings {
     // Each law names its influence functions and brings a default.
     let influences = law.spec.influences.iter();
     Settings {
-        params,
+        materials: vec![params],
         influences: influences
             .filter_map(|i| Some((i.default.clone()?, vec![])))
             .collect(),

@@ -9,6 +9,7 @@ use pdlang_runtime::kernel::CompiledLaw;
 pub mod laws {
     pdlang_macros::include_model!(
         "laws/pmb.pd",
+        "laws/pmb_compression.pd",
         "laws/gpmb.pd",
         "laws/lps.pd",
         "laws/lps_frozen.pd"
@@ -36,7 +37,7 @@ macro_rules! catalogue {
 }
 
 /// In the order in which the tables list them.
-pub const CATALOGUE: &[Entry] = catalogue![pmb, gpmb, lps, lps_frozen];
+pub const CATALOGUE: &[Entry] = catalogue![pmb, pmb_compression, gpmb, lps, lps_frozen];
 
 /// The law of this name.
 pub fn find(name: &str) -> Option<&'static Entry> {

@@ -83,7 +83,7 @@ pub fn spec(law: &Law, dim: usize) -> Result<Spec, TooLarge> {
             .iter()
             .map(|(s, p)| (*s, slot(p, &schedule, Step)))
             .collect(),
-        breaks: !r.breaks.is_empty(),
+        breaks: !law.breaks.is_empty(),
         pairwise: answers.pairwise,
         named: r
             .named
@@ -229,7 +229,10 @@ fn other_answers(lowering: &mut Lowering, r: &mut Responses) {
     let law = lowering.law;
     for b in &law.breaks {
         let when = lowering.value(b.when, Reading::Whole).remove(0);
-        r.breaks.push((b.family, when));
+        match b.after {
+            true => r.late_breaks.push((b.family, when)),
+            false => r.breaks.push((b.family, when)),
+        }
     }
     for (h, history) in law.histories.iter().enumerate() {
         let parts = stored(lowering, history.update);
@@ -425,6 +428,7 @@ pub fn param(p: &crate::ir::Param) -> ParamSpec {
         doc: p.doc.clone(),
         unit: unit_text(&p.unit),
         exponents: p.unit.base,
+        meet: p.meet,
         lower: bound(p.lower),
         upper: bound(p.upper),
         default: p.default.map(|v| {

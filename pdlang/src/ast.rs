@@ -83,6 +83,8 @@ pub struct Param {
     pub kind: Kind,
     pub bounds: Vec<Bound>,
     pub default: Option<Quantity>,
+    /// How values of two materials meet on a bond.
+    pub meet: Option<Name>,
     pub doc: Option<Text>,
 }
 

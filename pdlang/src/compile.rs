@@ -56,18 +56,9 @@ pub fn compile(text: &str) -> Result<Output, Vec<Diagnostic>> {
 }
 
 fn law(law: Law) -> Result<Compiled, Diagnostic> {
-    if let Some(late) = law.breaks.iter().find(|b| b.after) {
-        return Err(break_after(late.span));
-    }
     let at = |dim| assemble::spec(&law, dim).map_err(|_| too_large(&law, dim));
     let specs = [at(1)?, at(2)?, at(3)?];
     Ok(Compiled { law, specs })
-}
-
-fn break_after(place: crate::span::Span) -> Diagnostic {
-    Diagnostic::error("PD091", "bonds cannot break after the force yet")
-        .at(place, "kernels test this before the force")
-        .help("write `break when`: a bond that breaks in a step carries no force in it")
 }
 
 fn too_large(law: &Law, dim: usize) -> Diagnostic {

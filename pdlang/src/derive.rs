@@ -239,6 +239,7 @@ impl Algebra {
         for (m, _) in &p.0 {
             for (id, _) in &m.0 {
                 match self.atom(*id) {
+                    Atom::Sum(reduction, ..) if reduction.is_extreme() => {}
                     Atom::Sum(..) => {
                         found.insert((*id, false), ());
                     }
@@ -370,6 +371,8 @@ fn increment(
         }
         match atom {
             Atom::Y(a) | Atom::Eta(a) => Some(algebra.poly(Atom::DEta(a))),
+            // Which bond is the extreme one is held.
+            Atom::Sum(reduction, ..) if reduction.is_extreme() => Some(Poly::zero()),
             Atom::Sum(reduction, family, body) => {
                 let d = increment(algebra, stretch, &body, &mut HashMap::new());
                 Some(if d.is_zero() {

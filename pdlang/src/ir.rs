@@ -73,6 +73,8 @@ pub struct Param {
     pub upper: Option<Bound>,
     /// SI value.
     pub default: Option<f64>,
+    /// The value on a bond between two materials.
+    pub meet: Meet,
     pub span: Span,
 }
 
@@ -153,6 +155,26 @@ pub enum Response {
     State(FamilyId, ExprId),
     /// Time derivative of a field.
     Rate(FieldId, ExprId),
+}
+
+/// How the values of a parameter at the two ends of a bond between materials become one.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, serde::Serialize)]
+pub enum Meet {
+    #[default]
+    Arithmetic,
+    Harmonic,
+    Min,
+    Max,
+}
+
+impl Meet {
+    /// The words of the language.
+    pub const WORDS: [(&str, Meet); 4] = [
+        ("arithmetic", Meet::Arithmetic),
+        ("harmonic", Meet::Harmonic),
+        ("min", Meet::Min),
+        ("max", Meet::Max),
+    ];
 }
 
 /// `break when`: bonds of a family for which `when` is true die, before the force or after it.
@@ -302,6 +324,28 @@ pub enum Reduction {
     Sum,
     /// Over the reference family, broken or not.
     Sum0,
+    /// Average over the intact bonds, by volume.
+    Mean,
+    /// Extremes over the intact bonds; 0 where there are none.
+    Min,
+    Max,
+    /// Number of intact bonds for which a condition holds.
+    Count,
+}
+
+impl Reduction {
+    /// One bond alone decides.
+    pub fn is_extreme(self) -> bool {
+        matches!(self, Reduction::Min | Reduction::Max)
+    }
+
+    /// `Sum0` over the reference family, `Sum` over intact bonds: what can share a loop.
+    pub fn bonds(self) -> Reduction {
+        match self {
+            Reduction::Sum0 => Reduction::Sum0,
+            _ => Reduction::Sum,
+        }
+    }
 }
 
 /// Functions that are not definable in the language.

@@ -138,7 +138,7 @@ impl<'a> Lowering<'a> {
             ExprKind::Reduce(r, family, body) => {
                 let body = self.value(*body, reading);
                 body.iter()
-                    .map(|b| self.reduce(*r, *family, b, reading))
+                    .map(|b| self.reduction(*r, *family, b, reading))
                     .collect()
             }
             ExprKind::Ball(body) => {
@@ -475,6 +475,33 @@ impl<'a> Lowering<'a> {
                 self.algebra.mul(&m, &r)
             })
             .collect()
+    }
+
+    /// Means and counts are sums; the least value is minus the largest of the opposite.
+    fn reduction(&mut self, r: Reduction, family: FamilyId, body: &Poly, reading: Reading) -> Poly {
+        match r {
+            Reduction::Sum | Reduction::Sum0 => self.reduce(r, family, body, reading),
+            Reduction::Mean => {
+                let total = self.reduce(Reduction::Sum, family, body, reading);
+                let volume = self.reduce(Reduction::Sum, family, &Poly::int(1), reading);
+                let inverse = self.algebra.recip(&volume);
+                self.algebra.mul(&total, &inverse)
+            }
+            Reduction::Count => {
+                let (one, zero) = (Poly::int(1), Poly::zero());
+                let counts = self
+                    .algebra
+                    .func(Func::Select, vec![body.clone(), one, zero]);
+                let weight = self.algebra.intern(Atom::Weight);
+                let each = self.algebra.mul(&counts, &Poly::power(weight, -1));
+                self.reduce(Reduction::Sum, family, &each, reading)
+            }
+            Reduction::Max => self.algebra.poly(Atom::Sum(r, family, body.clone())),
+            Reduction::Min => {
+                let opposite = Atom::Sum(Reduction::Max, family, body.neg());
+                self.algebra.poly(opposite).neg()
+            }
+        }
     }
 
     /// A reduction of a bond polynomial; node factors come out of single terms, and of every term when split.

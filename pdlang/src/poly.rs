@@ -390,6 +390,15 @@ impl Algebra {
         c.finish(self)
     }
 
+    /// What a reduction takes of every bond: sums count the other end's volume, extremes do not.
+    pub fn weighted(&mut self, reduction: Reduction, body: &Poly) -> Poly {
+        if reduction.is_extreme() {
+            return body.clone();
+        }
+        let weight = self.poly(Atom::Weight);
+        self.mul(&weight, body)
+    }
+
     pub fn scale(&mut self, a: &Poly, k: Ratio) -> Poly {
         self.mul(a, &Poly::constant(k))
     }

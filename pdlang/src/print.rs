@@ -70,6 +70,7 @@ fn lines(f: &mut fmt::Formatter<'_>, title: &str, tape: &Tape) -> fmt::Result {
     for (k, op) in tape.ops.iter().enumerate() {
         match op {
             Op::Kill(m) => writeln!(f, "    break where %{m}")?,
+            Op::MaxTo(a, p) => writeln!(f, "    sum{a} max= %{p}")?,
             Op::AddTo(a, p, q) => writeln!(f, "    sum{a} += %{p} * %{q}")?,
             Op::PutHistory(h, v) => writeln!(f, "    history{h} := %{v}")?,
             op => writeln!(f, "    %{k} = {}", text(op))?,

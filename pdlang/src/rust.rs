@@ -10,12 +10,9 @@ use quote::{format_ident, quote};
 use crate::spec::{Spec, Stage, SweepSpec};
 use crate::tape::{Op, Tape};
 
-/// Stages whose sweeps are compiled; the others run from their tapes.
+/// Stages whose sweeps are compiled. What runs once runs from its tape.
 pub fn is_compiled(stage: Stage) -> bool {
-    matches!(
-        stage,
-        Stage::Family | Stage::Step | Stage::Energy | Stage::Tangent
-    )
+    stage != Stage::Reference
 }
 
 /// A module named after the law, with `LAW`.
@@ -86,6 +83,13 @@ fn sweep(k: usize, s: &SweepSpec, dim: usize) -> TokenStream {
     let name = type_name(k, s);
     let doc = format!("`{}`: {:?} stage.", s.name, s.stage);
     let (pres, accs) = (s.pre.outs.len(), s.accumulators as usize);
+    let starts = (0..s.accumulators).map(|k| {
+        let extreme = |op: &Op| matches!(op, Op::MaxTo(a, _) if *a == k);
+        match s.bond.ops.iter().any(extreme) {
+            true => quote!(f64::NEG_INFINITY),
+            false => quote!(0.0),
+        }
+    });
     let pre = statements(&s.pre);
     let bond = statements(&s.bond);
     let post = statements(&s.post);
@@ -103,7 +107,7 @@ fn sweep(k: usize, s: &SweepSpec, dim: usize) -> TokenStream {
             type Acc<L: Lane> = [L; #accs];
             #[inline(always)]
             fn zero<L: Lane>(&self) -> [L; #accs] {
-                [L::splat(0.0); #accs]
+                [#(L::splat(#starts)),*]
             }
             #[inline(always)]
             fn pre<L: Lane, N: Node<L>>(&self, node: &N) -> [L; #pres] {
@@ -145,6 +149,10 @@ fn statement(k: u32, op: &Op) -> TokenStream {
         Op::AddTo(acc, a, b) => {
             let (acc, a, b) = (*acc as usize, register(*a), register(*b));
             Some(quote!(bond.add(&mut acc[#acc], #a, #b);))
+        }
+        Op::MaxTo(acc, v) => {
+            let (acc, v) = (*acc as usize, register(*v));
+            Some(quote!(bond.max(&mut acc[#acc], #v);))
         }
         Op::PutHistory(h, v) => {
             let (h, v) = (*h as usize, register(*v));
@@ -230,6 +238,6 @@ fn value(op: &Op) -> TokenStream {
         | Op::Ball(_) => {
             quote!(L::splat(0.0))
         }
-        Op::Kill(_) | Op::AddTo(..) | Op::PutHistory(..) => quote!(L::splat(0.0)),
+        Op::Kill(_) | Op::AddTo(..) | Op::MaxTo(..) | Op::PutHistory(..) => quote!(L::splat(0.0)),
     }
 }

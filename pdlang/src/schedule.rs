@@ -22,7 +22,9 @@ pub struct Responses {
     pub force: Vec<Poly>,
     /// (state slot of the field component, its rate).
     pub rates: Vec<(u32, Poly)>,
+    /// Tested before the force, and once a step is accepted.
     pub breaks: Vec<(FamilyId, Poly)>,
+    pub late_breaks: Vec<(FamilyId, Poly)>,
     pub energy: Option<Poly>,
     pub tangent: Vec<Poly>,
     /// Named node quantities, component by component.
@@ -114,6 +116,9 @@ impl Schedule {
         for (_, p) in &r.node_updates {
             self.store(algebra, p, updates);
         }
+        for (_, p) in &r.late_breaks {
+            self.bond_time(algebra, p, updates);
+        }
         for (id, time) in self
             .sums
             .iter()
@@ -124,7 +129,7 @@ impl Schedule {
                 continue;
             };
             self.drafts
-                .entry((time, Some((*family, *reduction))))
+                .entry((time, Some((*family, reduction.bonds()))))
                 .or_default()
                 .sums
                 .push(id);
@@ -141,6 +146,17 @@ impl Schedule {
                 .push((history, p.clone()));
         }
         self.place_quantities(algebra);
+        self.place_late_breaks(&r.late_breaks);
+    }
+
+    /// Sweeps of their own when everything else of the step is done: all of it saw the bonds intact.
+    fn place_late_breaks(&mut self, breaks: &[(FamilyId, Poly)]) {
+        let last = self.drafts.keys().map(|(time, _)| *time).max();
+        let time = next_level(last.unwrap_or((Stage::Update, 0)), Stage::Update);
+        for (family, p) in breaks {
+            let key = (time, Some((*family, Reduction::Sum)));
+            self.drafts.entry(key).or_default().kills.push(p.clone());
+        }
     }
 
     /// The first sweep of the step over the family's intact bonds, or one of its own before it.
@@ -210,7 +226,7 @@ impl Schedule {
             .sums
             .get(&(sum, Stage::Step))
             .or_else(|| self.sums.get(&(sum, class)))?;
-        Some((*time, Some((*family, *reduction))))
+        Some((*time, Some((*family, reduction.bonds()))))
     }
 
     fn class_of(&self, time: Time, context: Stage) -> Stage {
@@ -301,7 +317,7 @@ impl Schedule {
                 return *t;
             }
         }
-        let Atom::Sum(_, _, body) = algebra.atom(id).clone() else {
+        let Atom::Sum(reduction, _, body) = algebra.atom(id).clone() else {
             return (Stage::Reference, 0);
         };
         let stage = match algebra.nature(id).rate {
@@ -310,8 +326,7 @@ impl Schedule {
             Rate::Step => class(context),
             Rate::Tangent => Stage::Tangent,
         };
-        let weight = algebra.poly(Atom::Weight);
-        let weighted = algebra.mul(&weight, &body);
+        let weighted = algebra.weighted(reduction, &body);
         let ready = self.bond_time(algebra, &weighted, context);
         let time = next_level(ready, stage.max(ready.0));
         self.sums.insert((id, self.class_of(time, context)), time);

@@ -36,6 +36,7 @@ pub struct ParamSpec {
     pub lower: Option<(f64, bool)>,
     pub upper: Option<(f64, bool)>,
     pub default: Option<Number>,
+    pub meet: crate::ir::Meet,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

@@ -147,6 +147,11 @@ impl SweepWriter<'_> {
         for sum in left {
             let body = self.weighted(sum);
             let k = self.accumulator(sum);
+            if self.is_extreme(sum) {
+                let r = self.bond_value(&body);
+                self.bond.effect(Op::MaxTo(k, r));
+                continue;
+            }
             for (geo, terms) in by_geometry(self.algebra.plan(&body)) {
                 let inner = self.inner(&terms);
                 let weight = self.geometry_value(geo.as_ref());
@@ -155,17 +160,20 @@ impl SweepWriter<'_> {
         }
     }
 
+    fn is_extreme(&self, sum: AtomId) -> bool {
+        matches!(self.algebra.atom(sum), Atom::Sum(r, _, _) if r.is_extreme())
+    }
+
     fn accumulator(&mut self, sum: AtomId) -> u32 {
         let next = self.accumulators.len() as u32;
         *self.accumulators.entry(sum).or_insert(next)
     }
 
     fn weighted(&mut self, sum: AtomId) -> Poly {
-        let Atom::Sum(_, _, body) = self.algebra.atom(sum).clone() else {
+        let Atom::Sum(reduction, _, body) = self.algebra.atom(sum).clone() else {
             return Poly::zero();
         };
-        let weight = self.algebra.poly(Atom::Weight);
-        self.algebra.mul(&weight, &body)
+        self.algebra.weighted(reduction, &body)
     }
 
     /// The common factor phi, if component a is phi times Y_a.
@@ -509,7 +517,15 @@ impl SweepWriter<'_> {
 
     fn node_atom(&mut self, id: AtomId, post: bool) -> u32 {
         if let Some(k) = self.accumulators.get(&id).filter(|_| post) {
-            return self.post.op(Op::Acc(*k));
+            let r = self.post.op(Op::Acc(*k));
+            if !self.is_extreme(id) {
+                return r;
+            }
+            // It starts at -inf and stays there without bonds.
+            let (top, zero) = (self.post.lit(f64::INFINITY), self.post.lit(0.0));
+            let bottom = self.post.op(Op::Neg(top));
+            let found = self.post.op(Op::Lt(bottom, r));
+            return self.post.op(Op::Select(found, r, zero));
         }
         let mut needed = BTreeSet::new();
         closure(self.algebra, &Poly::atom(id), &mut needed);

@@ -64,6 +64,7 @@ pub enum Op {
     Select(u32, u32, u32),
     Kill(u32),
     AddTo(u32, u32, u32),
+    MaxTo(u32, u32),
     PutHistory(u32, u32),
 }
 

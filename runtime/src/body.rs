@@ -46,6 +46,8 @@ pub struct Body {
     pub x: Vec<[f64; 3]>,
     /// Node volumes [m^3]: in 2D area times thickness, in 1D length times cross-section.
     pub volume: Vec<f64>,
+    /// Material of every node, by its position among the parameter sets; empty: the first one everywhere.
+    pub material: Vec<u8>,
     /// Thickness (2D) [m] or cross-section (1D) [m^2]; 1 in 3D.
     pub cross: f64,
     /// Set when every node sits on a cell of one regular grid; the lattice traversal needs it.

@@ -225,6 +225,7 @@ fn body(c: &Carve, ranges: &[Range; 3], mut cells: Vec<[u32; 3]>) -> Body {
         flavour: c.flavour,
         volume: vec![volume; x.len()],
         x,
+        material: vec![],
         cross,
         grid: Some(Grid {
             origin,

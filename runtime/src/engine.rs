@@ -31,8 +31,8 @@ use program::Program;
 /// What a scene says about a law.
 #[derive(Clone, Debug)]
 pub struct Settings {
-    /// SI, one per [`Spec::params`].
-    pub params: Vec<f64>,
+    /// Parameter values of every material: SI, one per [`Spec::params`].
+    pub materials: Vec<Vec<f64>>,
     /// One per [`Spec::influences`], with its parameter values.
     pub influences: Vec<(InfluenceFn, Vec<f64>)>,
     /// [m]
@@ -88,7 +88,8 @@ pub struct Engine {
     /// Positions and displacements of a cloud.
     x_records: Vec<Record>,
     u_records: Vec<Record>,
-    constants: Vec<f64>,
+    /// Of the nodes of each material.
+    constants: Vec<Vec<f64>>,
     homes: Vec<Home>,
     /// Values of computed slots and increments; forces first, then tangents.
     arrays: Vec<Vec<f64>>,
@@ -261,17 +262,29 @@ impl Engine {
         &self.arrays[n..n + self.spec.tangent.len()]
     }
 
-    /// Accepts the step: writes the next histories. Once per step, after `forces`.
-    pub fn commit(&mut self, s: &mut State) {
+    /// Accepts the step: writes the next histories, then breaks the bonds that break after the force. Once per
+    /// step, after `forces`. Returns the directed bonds that broke now.
+    pub fn commit(&mut self, s: &mut State) -> usize {
         assert!(self.fits_quickly(s), "the state belongs to another engine");
         if !self.programs.iter().any(|p| p.stage == Stage::Update) {
-            return;
+            return 0;
         }
         self.refresh_state(s);
         self.pack(s);
         self.family_stage(s);
-        self.run_stage(Stage::Update, s);
+        let mut broken = 0;
+        for k in 0..self.programs.len() {
+            match &self.programs[k] {
+                p if p.stage != Stage::Update => {}
+                p if p.kills => {
+                    self.run_armed(k, s);
+                    broken += self.after_breaking(k, s);
+                }
+                _ => self.run_all(k, s),
+            }
+        }
         self.swap_histories(s);
+        broken
     }
 
     /// Values of a named node quantity of the law as last computed: one array per component, user order.
@@ -324,9 +337,9 @@ impl Engine {
         &self.spec
     }
 
-    /// Constants of the law in the order of [`Spec::constants`].
-    pub fn constants(&self) -> &[f64] {
-        &self.constants
+    /// Constants of the law at the nodes of a material, in the order of [`Spec::constants`].
+    pub fn constants(&self, material: usize) -> &[f64] {
+        &self.constants[material]
     }
 }
 

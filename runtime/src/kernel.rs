@@ -80,6 +80,8 @@ pub trait Bond<L: Lane, const D: usize> {
     fn kill(&mut self, m: L::Mask);
     /// `acc += a * b` where the bond counts.
     fn add(&self, acc: &mut L, a: L, b: L);
+    /// `acc = max(acc, a)` where the bond counts.
+    fn max(&self, acc: &mut L, a: L);
 }
 
 /// One sweep: for every node, a prologue, a sum over its bonds, an epilogue.

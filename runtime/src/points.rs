@@ -83,6 +83,7 @@ fn empty(points: &Points) -> Body {
         flavour: points.flavour,
         x: Vec::new(),
         volume: Vec::new(),
+        material: vec![],
         cross: if points.flavour.dim() == 3 {
             1.0
         } else {

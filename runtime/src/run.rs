@@ -81,10 +81,10 @@ impl Simulation {
             self.accept(observer)?;
             observer.step(self);
             let doubt = self.doubt();
+            self.broken += self.engine.commit(&mut self.state) as u64;
             if self.state.step >= self.steps {
                 return doubt.map_or(Ok(()), |why| Err(self.stopped(Some(self.fastest()), why)));
             }
-            self.engine.commit(&mut self.state);
             self.remeasure();
             self.advance(observer)?;
             if let Some(why) = doubt {

@@ -32,7 +32,7 @@ pub(crate) fn block(cells: [f64; 3], flavour: Flavour, s0: f64) -> Setup {
         body: body.unwrap(),
         law: Law::interpreted(law::pmb(flavour.dim())),
         settings: Settings {
-            params: vec![1.0, s0],
+            materials: vec![vec![1.0, s0]],
             influences: vec![],
             horizon: 1.5,
             partial_volume: false,
@@ -493,7 +493,7 @@ fn a_field_relaxes_at_the_rate_of_its_matrix() {
     // Two nodes exchange: d(T2 - T1)/dt = -2 k V (T2 - T1), so the fastest rate is 2 for k = V = 1.
     let mut setup = block([2.0, 1.0, 1.0], Flavour::Bar, 1.0);
     setup.law = Law::interpreted(law::heat(1));
-    setup.settings.params = vec![1.0];
+    setup.settings.materials = vec![vec![1.0]];
     let hot = Shape::Sphere {
         center: [1.5, 0.0, 0.0],
         radius: 0.1,
@@ -522,7 +522,7 @@ fn a_field_relaxes_at_the_rate_of_its_matrix() {
 fn an_imposed_field_stays() {
     let mut setup = block([4.0, 1.0, 1.0], Flavour::Bar, 1.0);
     setup.law = Law::interpreted(law::heat(1));
-    setup.settings.params = vec![1.0];
+    setup.settings.materials = vec![vec![1.0]];
     let hot = Shape::Sphere {
         center: [3.5, 0.0, 0.0],
         radius: 0.1,

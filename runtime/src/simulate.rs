@@ -412,7 +412,7 @@ fn fingerprint(setup: &Setup, spec: &Spec) -> Result<u64, InputError> {
     f.bytes(&law);
     let s = &setup.settings;
     f.debug(&(
-        &s.params,
+        &s.materials,
         &s.influences,
         s.horizon,
         s.partial_volume,

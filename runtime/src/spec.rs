@@ -52,6 +52,34 @@ pub struct ParamSpec {
     pub lower: Option<(f64, bool)>,
     pub upper: Option<(f64, bool)>,
     pub default: Option<Number>,
+    /// The value on a bond between two materials.
+    pub meet: Meet,
+}
+
+/// How the values of a parameter at the two ends of a bond become one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Meet {
+    /// (a + b)/2
+    #[default]
+    Arithmetic,
+    /// 2 a b/(a + b)
+    Harmonic,
+    Min,
+    Max,
+}
+
+impl Meet {
+    pub fn of(self, a: f64, b: f64) -> f64 {
+        match self {
+            _ if a == b => a,
+            Meet::Arithmetic => 0.5 * (a + b),
+            Meet::Harmonic if a.is_infinite() => 2.0 * b,
+            Meet::Harmonic if b.is_infinite() => 2.0 * a,
+            Meet::Harmonic => 2.0 * a * b / (a + b),
+            Meet::Min => a.min(b),
+            Meet::Max => a.max(b),
+        }
+    }
 }
 
 /// A finite or infinite number; JSON has no infinity.
@@ -159,7 +187,7 @@ pub struct SweepSpec {
     pub pre: Tape,
     /// Reads `Pre`, `Geo`, `Nbr`, `Xi`, `Eta`, `Ix`, `History`, `Reverse`; no outputs, but effects. Empty: no loop over bonds.
     pub bond: Tape,
-    /// Number of accumulators, all starting at 0.
+    /// Number of accumulators. Sums start at 0, those of a `MaxTo` at minus infinity.
     pub accumulators: u32,
     /// Reads `Pre`, `Acc`; outputs go to `out`.
     pub post: Tape,
@@ -235,6 +263,8 @@ pub enum Op {
     Kill(u32),
     /// Effect: accumulator number += a * b.
     AddTo(u32, u32, u32),
+    /// Effect: accumulator number = the larger of it and a.
+    MaxTo(u32, u32),
     /// Effect: next value of a history (position in the sweep's list, value).
     PutHistory(u32, u32),
 }

@@ -322,7 +322,7 @@ impl Question<'_> {
     /// An engine for this question.
     pub fn engine(&self, law: engine::Law, traversal: Traversal, isa: Option<Isa>) -> Engine {
         let settings = engine::Settings {
-            params: self.params.clone(),
+            materials: vec![self.params.clone()],
             influences: self
                 .influences
                 .iter()

@@ -76,6 +76,7 @@ fn from_cells(flavour: Flavour, shape: [u32; 3], cell: Vec<[u32; 3]>, periodic: 
         flavour,
         x: cell.iter().map(at).collect(),
         volume: vec![cell_volume(flavour); cell.len()],
+        material: vec![],
         cross: cross(flavour),
         grid: Some(Grid {
             origin,

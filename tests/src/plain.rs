@@ -53,6 +53,7 @@ struct Read<'p, 'a> {
 struct Effects {
     killed: bool,
     added: Vec<(u32, f64)>,
+    raised: Vec<(u32, f64)>,
     put: Vec<(u32, f64)>,
 }
 
@@ -252,6 +253,11 @@ impl<'a> Plain<'a> {
         reader.sweep = Some(sweep);
         let pre = self.tape(&sweep.pre, &reader).0;
         let mut acc = vec![0.0; sweep.accumulators as usize];
+        for op in &sweep.bond.ops {
+            if let Op::MaxTo(k, _) = op {
+                acc[*k as usize] = f64::NEG_INFINITY;
+            }
+        }
         let mut put = Vec::new();
         for (b, bond) in self.body.bonds.iter().enumerate() {
             let family = sweep.family as usize;
@@ -267,6 +273,9 @@ impl<'a> Plain<'a> {
             let effects = self.bond(&sweep.bond, &reader, state);
             for (k, v) in effects.added {
                 acc[k as usize] += v;
+            }
+            for (k, v) in effects.raised {
+                acc[k as usize] = f64::max(acc[k as usize], v);
             }
             for (k, v) in effects.put {
                 put.push((sweep.history[k as usize] as usize, b, v));
@@ -318,6 +327,12 @@ impl<'a> Plain<'a> {
                 Op::AddTo(k, a, b) => {
                     if !effects.killed {
                         effects.added.push((*k, reg(a) * reg(b)));
+                    }
+                    0.0
+                }
+                Op::MaxTo(k, v) => {
+                    if !effects.killed {
+                        effects.raised.push((*k, reg(v)));
                     }
                     0.0
                 }

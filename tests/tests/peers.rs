@@ -20,6 +20,7 @@ fn body() -> Body {
         flavour: Flavour::Solid,
         x: positions(),
         volume: vec![VOLUME; CELLS.pow(3)],
+        material: vec![],
         cross: 1.0,
         grid: Some(grid),
         spacing: DX,
@@ -157,6 +158,44 @@ fn lps_of_cabanapd_with_influence_one_over_r() {
         displacements: cabanapd_displacements,
     }
     .compare();
+}
+
+/// Bonds break, and the block moves and loses force, as in LAMMPS: its critical stretch grows with compression
+/// (alpha = 0.25), and a bond that breaks still acts in that step.
+#[test]
+fn fracture_of_lammps() {
+    let law = laws::law("pmb_compression");
+    let mut question = Question::at_rest(&law, body()).with(&[("K", K), ("s00", 0.003)]);
+    (question.horizon, question.partial_volume) = (DELTA, true);
+    let table = |step: usize| Table::read(&format!("lammps/pmb_frac.{step}")).expect("data");
+    for traversal in [Traversal::Lattice, Traversal::Cloud] {
+        let mut engine = question.engine(question.fastest(), traversal, None);
+        let mut state = engine.state();
+        spread(&engine, &lammps_displacements(&table(0)), &mut state.u);
+        for step in 0..=100 {
+            engine.forces(&mut state, Breaking::Armed);
+            if step > 0 {
+                kick(&engine, &mut state.v);
+            }
+            engine.commit(&mut state);
+            if [0, 20, 100].contains(&step) {
+                let expected = table(step);
+                let u = lammps_displacements(&expected);
+                let drift = block::largest_difference(&gather(&engine, &state.u), &u) / AMPLITUDE;
+                let force = gather(&engine, engine.force());
+                let error = relative_error(&force, &expected.vectors(["fx", "fy", "fz"]));
+                println!("{traversal:?}, step {step}: displacement {drift:.1e}, force {error:.1e}");
+                assert!(drift <= 1e-11, "{traversal:?}: displacement {drift:e}");
+                assert!(error <= 1e-11, "{traversal:?}: force {error:e}");
+                let damage = engine.damage(&state);
+                close("damage", &damage, &expected.column("damage"));
+            }
+            kick(&engine, &mut state.v);
+            for (u, v) in state.u.iter_mut().zip(&state.v) {
+                u.iter_mut().zip(v).for_each(|(u, v)| *u += DT * v);
+            }
+        }
+    }
 }
 
 /// Energies of CabanaPD, and the dilatation of LAMMPS, whose LPS energy is not to be compared.

@@ -17,6 +17,7 @@ pub(crate) mod families; // PD025: a family that is not part of the reference ho
 pub(crate) mod flavours; // PD010: a case that is not about the five flavours
 pub(crate) mod homes; // PD020: a value where it does not live
 pub(crate) mod influences; // PD050: an influence function that is not complete
+pub(crate) mod meets; // PD035: an unknown way for two materials to meet
 pub(crate) mod names; // PD002: a name that means nothing here
 pub(crate) mod numbers; // PD013: a unit where only a number makes sense
 pub(crate) mod primes; // PD021: a prime on what has no other end

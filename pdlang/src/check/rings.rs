@@ -1,4 +1,4 @@
-//! PD024: an energy that needs the neighbours of neighbours.
+//! PD024: an energy whose force cannot be derived: it needs the neighbours of neighbours, or jumps.
 
 use crate::ast::Name;
 use crate::diag::Diagnostic;
@@ -20,6 +20,19 @@ pub(crate) fn second(energy: &Name, span: Span) -> Diagnostic {
         "its force would reach the neighbours of neighbours",
     )
     .help("write the force state itself with `state`, which may read sums of both ends")
+}
+
+pub(crate) fn extreme(energy: &Name, span: Span) -> Diagnostic {
+    Diagnostic::error(
+        CODE,
+        format!("the energy `{}` has no derivative", energy.text),
+    )
+    .at(
+        span,
+        "the smallest or largest of many bonds jumps from one to another",
+    )
+    .at(energy.span, "its force is its derivative")
+    .help("use `sum` or `mean`, or write the force with `state` or `pair`")
 }
 
 #[cfg(test)]
@@ -44,6 +57,19 @@ mod tests {
             "PD024",
             "d'",
         );
+    }
+
+    #[test]
+    fn extremes_have_no_derivative() {
+        let items = |w: &str| bare(&format!("param K : pressure \"K\" energy W = {w}"));
+        refuse_text(&items("K*min(s)^2"), "PD024", "min(s)");
+        refuse_text(
+            &items("K*sum(s^2)*max(x)/max(e)/ball(1)"),
+            "PD024",
+            "max(e)",
+        );
+        let text = items("K*mean(s^2)*max(x)/delta*count(s > 0)");
+        assert_eq!(found(&text), [] as [(&str, String); 0]);
     }
 
     #[test]

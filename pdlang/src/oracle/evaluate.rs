@@ -196,18 +196,35 @@ impl<'o, 'a, T: Real> Evaluator<'o, 'a, T> {
         id: ExprId,
         node: usize,
     ) -> Result<Value<T>, Error> {
+        let counts = |b: &usize| match reduction {
+            Reduction::Sum0 => self.oracle.member[family.index()][*b],
+            _ => self.intact(family, *b),
+        };
         let mut sum = empty(self.oracle.law, id);
-        for &b in &self.oracle.bonds_of[node] {
-            let counts = match reduction {
-                Reduction::Sum => self.intact(family, b),
-                Reduction::Sum0 => self.oracle.member[family.index()][b],
+        let mut volume = 0.0;
+        for (k, &b) in self.oracle.bonds_of[node]
+            .iter()
+            .filter(|b| counts(b))
+            .enumerate()
+        {
+            let value = self.at(a, Place::Bond(b))?;
+            let weight = self.oracle.body.bonds[b].weight;
+            volume += weight;
+            sum = match reduction {
+                Reduction::Sum | Reduction::Sum0 | Reduction::Mean => {
+                    sum.add(value.scaled(T::constant(weight)))?
+                }
+                Reduction::Count if value.boolean()? => sum.add(Value::Scalar(T::constant(1.0)))?,
+                Reduction::Count => sum,
+                Reduction::Min if k > 0 => Value::Scalar(sum.scalar()?.min(value.scalar()?)),
+                Reduction::Max if k > 0 => Value::Scalar(sum.scalar()?.max(value.scalar()?)),
+                Reduction::Min | Reduction::Max => value,
             };
-            if counts {
-                let weight = T::constant(self.oracle.body.bonds[b].weight);
-                sum = sum.add(self.at(a, Place::Bond(b))?.scaled(weight))?;
-            }
         }
-        Ok(sum)
+        match reduction {
+            Reduction::Mean if volume > 0.0 => Ok(sum.scaled(T::constant(1.0 / volume))),
+            _ => Ok(sum),
+        }
     }
 
     fn ball(&self, id: ExprId, integrand: ExprId) -> Result<Value<T>, Error> {

@@ -11,6 +11,7 @@ struct Builder(Law);
 impl Builder {
     fn new(params: usize) -> Builder {
         let param = |k| Param {
+            meet: Default::default(),
             name: format!("p{k}"),
             doc: String::new(),
             unit: Unit::default(),

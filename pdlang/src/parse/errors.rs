@@ -177,6 +177,7 @@ fn expectation(rule: Rule) -> Expected {
         Rule::left => Token("{"),
         Rule::right => Token("}"),
         Rule::kw_where => Token("where"),
+        Rule::kw_meets | Rule::meet => Token("meets"),
         Rule::kw_when => Token("when"),
         Rule::kw_after => Token("after"),
         Rule::kw_on => Token("on"),

@@ -43,12 +43,16 @@ impl<'t> Reader<'t> {
             kind,
             bounds: Vec::new(),
             default: None,
+            meet: None,
             doc: None,
         };
         for part in parts {
             match part.as_rule() {
                 Rule::bound => param.bounds.push(self.bound(part)?),
                 Rule::default => param.default = Some(self.default(part)?),
+                Rule::meet => {
+                    param.meet = Some(self.name(&Children::of(part).skip_to(Rule::ident)?));
+                }
                 Rule::string => param.doc = Some(self.string(&part)),
                 _ => {}
             }

@@ -16,7 +16,8 @@ impl Elaborator<'_> {
         args: &[ast::Argument],
         span: Span,
     ) -> Option<ExprId> {
-        if let Some(family) = family.filter(|_| !matches!(name.text.as_str(), "sum" | "sum0")) {
+        let reduction = names::reduction(&name.text, args.len());
+        if let Some(family) = family.filter(|_| reduction.is_none()) {
             return self.wrong(check::arity::no_family(name, family.span));
         }
         let named = args.iter().find_map(|arg| arg.name.as_ref());
@@ -25,9 +26,10 @@ impl Elaborator<'_> {
         }
         let values: Vec<Option<ExprId>> =
             args.iter().map(|arg| self.elaborate(&arg.value)).collect();
+        if let Some(reduction) = reduction {
+            return self.reduction(reduction, name, family, values, span);
+        }
         match name.text.as_str() {
-            "sum" => self.reduction(Reduction::Sum, name, family, values, span),
-            "sum0" => self.reduction(Reduction::Sum0, name, family, values, span),
             "ball" => {
                 let values = self.exactly(1, name, values)?;
                 self.ball(values[0], span)

@@ -113,6 +113,10 @@ impl Elaborator<'_> {
             let place = self.second_ring(expr);
             return self.wrong(check::rings::second(&written.name, place));
         }
+        if self.facts(expr).extreme {
+            let place = self.blamed(expr, |law, part| law.facts(part).extreme);
+            return self.wrong(check::rings::extreme(&written.name, place));
+        }
         self.has_unit("the energy density", expr, &Unit::energy_density())?;
         Some(Response::Energy(expr))
     }

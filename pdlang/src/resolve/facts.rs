@@ -17,6 +17,8 @@ pub(crate) struct Facts {
     pub structure: u64,
     /// True when the value changes with the displacement.
     pub moves: bool,
+    /// True when an extreme over bonds changes with the displacement: there is no derivative.
+    pub extreme: bool,
     /// True when a sum that moves is read at the other end; second entry: when the expression itself is
     /// read at the other end.
     pub second_ring: [bool; 2],
@@ -47,6 +49,12 @@ impl Facts {
                     .copied()
                     .chain(definition)
                     .any(|part| part.moves),
+            extreme: parts
+                .iter()
+                .copied()
+                .chain(definition)
+                .any(|part| part.extreme)
+                || matches!(kind, ExprKind::Reduce(r, ..) if r.is_extreme()) && parts[0].moves,
             second_ring: [false, true].map(|primed| second_ring(kind, primed, &parts, definition)),
             beyond: [BOND, LENGTH].map(|want| beyond(kind, want, &parts, definition)),
         }

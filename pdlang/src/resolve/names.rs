@@ -1,6 +1,6 @@
 //! Words that the language itself gives a meaning: the one table of primitives and built-in functions.
 
-use crate::ir::{Builtin, ExprKind, Home, Shape};
+use crate::ir::{Builtin, ExprKind, Home, Reduction, Shape};
 use crate::units::Unit;
 
 /// A value that is not definable in the language.
@@ -10,6 +10,19 @@ pub(crate) struct Primitive {
     pub shape: Shape,
     pub home: Home,
     pub unit: Unit,
+}
+
+/// The reduction of that name. `min` and `max` of one argument are extremes over bonds, of two functions.
+pub(crate) fn reduction(name: &str, arguments: usize) -> Option<Reduction> {
+    match (name, arguments) {
+        ("sum", _) => Some(Reduction::Sum),
+        ("sum0", _) => Some(Reduction::Sum0),
+        ("mean", _) => Some(Reduction::Mean),
+        ("count", _) => Some(Reduction::Count),
+        ("min", 1) => Some(Reduction::Min),
+        ("max", 1) => Some(Reduction::Max),
+        _ => None,
+    }
 }
 
 pub(crate) const PRIMITIVES: &[Primitive] = &[
@@ -121,7 +134,7 @@ pub(crate) const BUILTINS: &[(&str, Builtin, usize)] = &[
 ];
 
 /// Forms that look like functions and change the home of their argument.
-pub(crate) const FORMS: &[&str] = &["sum", "sum0", "ball", "other"];
+pub(crate) const FORMS: &[&str] = &["sum", "sum0", "mean", "count", "ball", "other"];
 
 pub(crate) fn is_function(name: &str) -> bool {
     FORMS.contains(&name) || BUILTINS.iter().any(|builtin| builtin.0 == name)

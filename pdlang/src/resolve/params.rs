@@ -3,7 +3,7 @@
 use crate::ast::{self, Name};
 use crate::check::{self, bounds};
 use crate::diag::Diagnostic;
-use crate::ir::{Bound, CompareOp, Param};
+use crate::ir::{Bound, CompareOp, Meet, Param};
 use crate::quantity;
 use crate::span::Span;
 use crate::units::{self, Unit};
@@ -43,6 +43,16 @@ pub(crate) fn param(written: &ast::Param, report: &mut Vec<Diagnostic>) -> Optio
         report.push(bounds::outside(name, default.span, last));
         good = false;
     }
+    let meet = match &written.meet {
+        None => Meet::default(),
+        Some(word) => match Meet::WORDS.iter().find(|(known, _)| *known == word.text) {
+            Some((_, meet)) => *meet,
+            None => {
+                report.push(check::meets::unknown(word));
+                return None;
+            }
+        },
+    };
     let doc = written
         .doc
         .as_ref()
@@ -55,6 +65,7 @@ pub(crate) fn param(written: &ast::Param, report: &mut Vec<Diagnostic>) -> Optio
         lower,
         upper,
         default,
+        meet,
         span: name.span,
     })
 }

@@ -245,7 +245,12 @@ impl Elaborator<'_> {
         if self.context != Context::Law {
             return self.wrong(check::names::only_in_laws(name));
         }
-        self.numeric(inner, "a sum")?;
+        match reduction {
+            Reduction::Sum | Reduction::Sum0 => self.numeric(inner, "a sum")?,
+            Reduction::Mean => self.numeric(inner, "a mean")?,
+            Reduction::Min | Reduction::Max => self.scalar(inner, "an extreme")?,
+            Reduction::Count => self.boolean(inner, "count")?,
+        }
         if self.expr(inner).home == Home::Node {
             return self.wrong(check::sums::node_value(
                 name,
@@ -253,7 +258,13 @@ impl Elaborator<'_> {
                 self.is_name(inner),
             ));
         }
-        let (shape, unit) = (self.shape(inner), self.unit(inner).times(&Unit::volume()));
+        let (shape, unit) = match reduction {
+            Reduction::Sum | Reduction::Sum0 => {
+                (self.shape(inner), self.unit(inner).times(&Unit::volume()))
+            }
+            Reduction::Count => (Shape::Scalar, Unit::NUMBER),
+            _ => (self.shape(inner), self.unit(inner)),
+        };
         self.push(
             ExprKind::Reduce(reduction, family, inner),
             shape,

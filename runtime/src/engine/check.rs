@@ -115,26 +115,49 @@ fn grid(b: &Body, g: &Grid) -> Result<(), SetupError> {
 }
 
 /// Parameter and influence values, one each, finite where they must be.
-pub(super) fn settings(spec: &Spec, s: &Settings) -> Result<(), SetupError> {
+pub(super) fn settings(spec: &Spec, body: &Body, s: &Settings) -> Result<(), SetupError> {
     let fail = |m: String| Err(SetupError::Settings(m));
     if !(s.horizon.is_finite() && s.horizon > 0.0) {
         return fail(format!("the horizon is {}; it must be positive", s.horizon));
     }
-    if s.params.len() != spec.params.len() {
+    if !(1..=256).contains(&s.materials.len()) {
         return fail(format!(
-            "law `{}` has {} parameters, {} values were given",
-            spec.law,
-            spec.params.len(),
-            s.params.len()
+            "{} materials (1 to 256 are possible)",
+            s.materials.len()
         ));
     }
-    for (p, v) in spec.params.iter().zip(&s.params) {
-        if v.is_nan() {
+    for params in &s.materials {
+        if params.len() != spec.params.len() {
             return fail(format!(
-                "parameter `{}` of law `{}` is not a number",
-                p.name, spec.law
+                "law `{}` has {} parameters, {} values were given",
+                spec.law,
+                spec.params.len(),
+                params.len()
             ));
         }
+        for (p, v) in spec.params.iter().zip(params) {
+            if v.is_nan() {
+                return fail(format!(
+                    "parameter `{}` of law `{}` is not a number",
+                    p.name, spec.law
+                ));
+            }
+        }
+    }
+    if let Some(m) = body
+        .material
+        .iter()
+        .find(|m| **m as usize >= s.materials.len())
+    {
+        return Err(SetupError::Body(format!(
+            "a node is of material {m}, of {} (counted from 0)",
+            s.materials.len()
+        )));
+    }
+    if !body.material.is_empty() && body.material.len() != body.x.len() {
+        return Err(SetupError::Body(
+            "materials for some of the nodes only".into(),
+        ));
     }
     if s.influences.len() != spec.influences.len() {
         let (n, given) = (spec.influences.len(), s.influences.len());

@@ -8,16 +8,28 @@ use crate::tape::{
 };
 
 /// Constants and influence functions, as every reference quantity reads them.
-pub(super) struct Material {
+pub(super) struct Materials {
     pub influences: Vec<Influence>,
-    pub constants: Vec<f64>,
+    /// Number of materials.
+    pub count: usize,
+    /// Constants of a bond from material a to material b, at `a * count + b`.
+    pub pairs: Vec<Vec<f64>>,
 }
 
-pub(super) fn material(
+impl Materials {
+    /// Constants of the nodes of each material.
+    pub fn own(&self) -> Vec<Vec<f64>> {
+        (0..self.count)
+            .map(|m| self.pairs[m * self.count + m].clone())
+            .collect()
+    }
+}
+
+pub(super) fn materials(
     spec: &Spec,
     body: &Body,
     settings: &Settings,
-) -> Result<Material, SetupError> {
+) -> Result<Materials, SetupError> {
     let fail = |m: String| SetupError::law(&spec.law, m);
     let influences: Result<Vec<Influence>, _> = settings
         .influences
@@ -32,36 +44,46 @@ pub(super) fn material(
     };
     let code = Code::new(&spec.constants, Place::Constants, &limits, body.flavour)
         .map_err(|e| fail(format!("constants: {e}")))?;
-    let mut constants = vec![0.0; code.outs.len()];
     let lattice = if settings.lattice_constants {
         Some(full_family(body, settings)?)
     } else {
         None
     };
-    let mut leaves = AtConstants {
-        code: &code,
-        body,
-        settings,
-        influences: &influences,
-        lattice,
-        failed: false,
-    };
-    numbers(&code, &mut leaves, &mut constants);
-    if leaves.failed {
-        return Err(fail(
-            "an integral over the horizon does not converge: choose another influence function"
-                .into(),
-        ));
+    let count = settings.materials.len();
+    let mut pairs = Vec::with_capacity(count * count);
+    for a in &settings.materials {
+        for b in &settings.materials {
+            let ends = spec.params.iter().zip(a.iter().zip(b));
+            let params: Vec<f64> = ends.map(|(p, (a, b))| p.meet.of(*a, *b)).collect();
+            let mut leaves = AtConstants {
+                code: &code,
+                body,
+                settings,
+                params: &params,
+                influences: &influences,
+                lattice: lattice.as_deref(),
+                failed: false,
+            };
+            let mut constants = vec![0.0; code.outs.len()];
+            numbers(&code, &mut leaves, &mut constants);
+            if leaves.failed {
+                return Err(fail(
+                    "an integral over the horizon does not converge: choose another influence function"
+                        .into(),
+                ));
+            }
+            if let Some(k) = constants.iter().position(|c| c.is_nan()) {
+                return Err(fail(format!(
+                    "constant {k} is not a number: check the parameters {params:?}"
+                )));
+            }
+            pairs.push(constants);
+        }
     }
-    if let Some(k) = constants.iter().position(|c| c.is_nan()) {
-        return Err(fail(format!(
-            "constant {k} is not a number: check the parameters {:?}",
-            settings.params
-        )));
-    }
-    Ok(Material {
+    Ok(Materials {
         influences,
-        constants,
+        count,
+        pairs,
     })
 }
 
@@ -100,8 +122,9 @@ struct AtConstants<'a> {
     code: &'a Code,
     body: &'a Body,
     settings: &'a Settings,
+    params: &'a [f64],
     influences: &'a [Influence],
-    lattice: Option<Vec<(f64, f64)>>,
+    lattice: Option<&'a [(f64, f64)]>,
     failed: bool,
 }
 
@@ -110,7 +133,7 @@ impl AtConstants<'_> {
         let mut at = |r: f64| {
             let mut out = [0.0];
             let leaves = &mut AtDistance {
-                params: &self.settings.params,
+                params: self.params,
                 delta: self.settings.horizon,
                 influences: self.influences,
                 r,
@@ -118,7 +141,7 @@ impl AtConstants<'_> {
             numbers(inner, leaves, &mut out);
             out[0]
         };
-        if let Some(family) = &self.lattice {
+        if let Some(family) = self.lattice {
             return family.iter().map(|&(r, weight)| at(r) * weight).sum();
         }
         let flavour: Flavour = self.body.flavour;
@@ -138,7 +161,7 @@ impl AtConstants<'_> {
 impl Leaves<f64> for AtConstants<'_> {
     fn leaf(&mut self, leaf: Leaf, k: usize) -> f64 {
         match leaf {
-            Leaf::Param => self.settings.params[k],
+            Leaf::Param => self.params[k],
             Leaf::Delta => self.settings.horizon,
             Leaf::Ball => self.ball(&self.code.balls[k]),
             _ => 0.0,
@@ -168,7 +191,8 @@ impl Leaves<f64> for AtDistance<'_> {
 
 /// At a reference bond: what geometry and filter tapes read.
 pub(super) struct AtReferenceBond<'a> {
-    pub material: &'a Material,
+    pub influences: &'a [Influence],
+    pub constants: &'a [f64],
     pub xi: [f64; 3],
     pub length: f64,
     pub weight: f64,
@@ -178,10 +202,10 @@ impl Leaves<f64> for AtReferenceBond<'_> {
     #[inline(always)]
     fn leaf(&mut self, leaf: Leaf, k: usize) -> f64 {
         match leaf {
-            Leaf::Const => self.material.constants[k],
+            Leaf::Const => self.constants[k],
             Leaf::Xi => self.xi[k],
             Leaf::X => self.length,
-            Leaf::Omega => self.material.influences[k].at(self.length),
+            Leaf::Omega => self.influences[k].at(self.length),
             Leaf::Weight => self.weight,
             _ => 0.0,
         }

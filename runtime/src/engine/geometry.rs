@@ -1,6 +1,6 @@
 //! Reference-bond values of every sweep: a table per stencil entry, or streams per bond.
 use super::SetupError;
-use super::constants::{AtReferenceBond, Material};
+use super::constants::{AtReferenceBond, Materials};
 use super::program::Program;
 use crate::kernel::norm_squared;
 use crate::lane::{Isa, Memory};
@@ -24,7 +24,7 @@ pub(super) enum Geometry {
 pub(super) fn table(
     p: &Program,
     entries: &[Entry],
-    material: &Material,
+    materials: &Materials,
     dim: usize,
     isa: Isa,
 ) -> Geometry {
@@ -36,7 +36,8 @@ pub(super) fn table(
         record[1 + dim] = reciprocal_length(isa, dim, entry.xi);
         evaluate(
             &p.geometry,
-            material,
+            materials,
+            0,
             dim,
             entry.xi,
             entry.weight,
@@ -48,7 +49,8 @@ pub(super) fn table(
 
 fn evaluate(
     code: &Code,
-    material: &Material,
+    materials: &Materials,
+    pair: usize,
     dim: usize,
     xi: [f64; 3],
     weight: f64,
@@ -57,7 +59,8 @@ fn evaluate(
     numbers(
         code,
         &mut AtReferenceBond {
-            material,
+            influences: &materials.influences,
+            constants: &materials.pairs[pair],
             xi,
             length: length(xi, dim),
             weight,
@@ -70,7 +73,7 @@ fn evaluate(
 pub(super) struct Streams<'a> {
     pub layout: &'a Layout,
     pub families: &'a [Family],
-    pub material: &'a Material,
+    pub materials: &'a Materials,
     /// Weight [m^3] of the bond to a slot.
     pub weight: &'a (dyn Fn([f64; 3], usize) -> f64 + Sync),
     pub values: Vec<Vec<f64>>,
@@ -81,13 +84,13 @@ impl<'a> Streams<'a> {
     pub fn new(
         layout: &'a Layout,
         families: &'a [Family],
-        material: &'a Material,
+        materials: &'a Materials,
         weight: &'a (dyn Fn([f64; 3], usize) -> f64 + Sync),
     ) -> Streams<'a> {
         Streams {
             layout,
             families,
-            material,
+            materials,
             weight,
             values: vec![],
             numbering: Numbering::default(),
@@ -134,10 +137,11 @@ impl<'a> Streams<'a> {
                 let mut out = vec![0.0; p.geometry.outs.len()];
                 for (n, row) in family.rows(chunk).enumerate() {
                     for lane in 0..CHUNK {
-                        let (xi, weight) = self.bond(family, chunk, row, lane);
+                        let (xi, weight, pair) = self.bond(family, chunk, row, lane);
                         evaluate(
                             &p.geometry,
-                            self.material,
+                            self.materials,
+                            pair,
                             self.layout.dim,
                             xi,
                             weight,
@@ -151,8 +155,14 @@ impl<'a> Streams<'a> {
             });
     }
 
-    /// Bond vector and weight; padding weighs nothing.
-    fn bond(&self, family: &Family, chunk: usize, row: usize, lane: usize) -> ([f64; 3], f64) {
+    /// Bond vector, weight and pair of materials; padding weighs nothing.
+    fn bond(
+        &self,
+        family: &Family,
+        chunk: usize,
+        row: usize,
+        lane: usize,
+    ) -> ([f64; 3], f64, usize) {
         let (node, other) = (
             self.layout.base[chunk] as usize + lane,
             family.other(self.layout, chunk, row, lane),
@@ -163,7 +173,8 @@ impl<'a> Streams<'a> {
             xi[k] = b[k] - a[k];
         }
         let there = family.present[row] >> lane & 1 == 1;
-        (xi, if there { (self.weight)(xi, other) } else { 0.0 })
+        let weight = if there { (self.weight)(xi, other) } else { 0.0 };
+        (xi, weight, self.layout.pair(node, other))
     }
 }
 

@@ -53,7 +53,7 @@ impl Engine {
                 + 32 * (self.x_records.len() + self.u_records.len())
                 + bytes(&self.arrays)
                 + 8 * state * self.layout.len,
-            constants: self.constants.clone(),
+            constants: self.constants[0].clone(),
         }
     }
 }

@@ -60,6 +60,10 @@ fn program(
         pre: code(&s.pre, Place::Pre)?,
         bond: code(&s.bond, Place::Bond)?,
         post: code(&s.post, Place::Post)?,
+        extremes: s.bond.ops.iter().fold(0, |bits, op| match op {
+            Op::MaxTo(k, _) => bits | 1 << k,
+            _ => bits,
+        }),
     });
     if s.post.outs.len() != s.out.len() {
         return Err(TapeError(format!(
@@ -76,7 +80,11 @@ fn program(
         None => interpreted(spec.dim, choice.isa, choice.lattice),
     };
     let kill = s.bond.ops.iter().position(|op| matches!(op, Op::Kill(_)));
-    let add = s.bond.ops.iter().position(|op| matches!(op, Op::AddTo(..)));
+    let add = s
+        .bond
+        .ops
+        .iter()
+        .position(|op| matches!(op, Op::AddTo(..) | Op::MaxTo(..)));
     let history = s
         .history
         .iter()
@@ -95,7 +103,7 @@ fn program(
         family: s.family as usize,
         reference: s.reference,
         kills: kill.is_some(),
-        kills_after: matches!((kill, add), (Some(k), Some(a)) if a < k),
+        kills_after: s.stage == Stage::Update || matches!((kill, add), (Some(k), Some(a)) if a < k),
         own: index(&s.own),
         nbr: index(&s.nbr),
         out: index(&s.out),
@@ -123,7 +131,7 @@ fn limits(spec: &Spec, s: &SweepSpec) -> Limits {
         pre: s.pre.outs.len(),
         accumulators: s.accumulators as usize,
         history: s.history.len(),
-        kills: s.kills && !s.reference && s.stage == Stage::Step,
+        kills: s.kills && !s.reference && matches!(s.stage, Stage::Step | Stage::Update),
         updates: s.stage == Stage::Update,
     }
 }

@@ -21,9 +21,7 @@ pub(super) struct Redo {
 
 impl Redo {
     pub fn new(programs: &[Program], slots: usize, chunks: usize) -> Redo {
-        let killer = programs
-            .iter()
-            .position(|p| p.stage == Stage::Step && p.kills);
+        let killer = programs.iter().rposition(|p| p.kills);
         let before = |p: &Program| matches!(p.stage, Stage::Family | Stage::Step);
         let needed = killer.is_some_and(|k| programs[..k].iter().any(before));
         Redo {

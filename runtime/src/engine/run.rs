@@ -33,38 +33,49 @@ impl Engine {
 
     /// A pure run over the whole body.
     pub(super) fn run_all(&mut self, k: usize, s: &State) {
-        let call = self.call(k, s);
-        let (p, bonds) = (&self.programs[k], &self.bonds[self.programs[k].family]);
-        let whole = if p.reference {
-            &bonds.whole_reference
-        } else {
-            &bonds.whole_intact
-        };
-        self.over_chunks(p, &call, whole);
+        for part in 0..self.layout.parts.len() {
+            let call = self.call(k, part, s);
+            let (p, bonds) = (&self.programs[k], &self.bonds[self.programs[k].family]);
+            let whole = if p.reference {
+                &bonds.whole_reference
+            } else {
+                &bonds.whole_intact
+            };
+            self.over_chunks(p, &call, part, whole);
+        }
         self.refresh_outputs(k);
     }
 
     /// A run that breaks bonds: always with masks.
     pub(super) fn run_armed(&mut self, k: usize, s: &mut State) {
-        let mut call = self.call(k, s);
-        let family = self.programs[k].family;
-        let bonds = &self.bonds[family];
-        if bonds.armed.is_empty() {
-            call.armed = &ALL;
-        } else {
-            (call.armed, call.armed_step) = (bonds.armed.as_ptr(), 1);
+        for part in 0..self.layout.parts.len() {
+            let mut call = self.call(k, part, s);
+            let family = self.programs[k].family;
+            let bonds = &self.bonds[family];
+            if bonds.armed.is_empty() {
+                call.armed = &ALL;
+            } else {
+                (call.armed, call.armed_step) = (bonds.armed.as_ptr(), 1);
+            }
+            call.broken = self.broken.as_mut_ptr();
+            call.bits = s.families[family].intact.as_mut_ptr();
+            self.over_chunks(&self.programs[k], &call, part, &[]);
         }
-        call.broken = self.broken.as_mut_ptr();
-        call.bits = s.families[family].intact.as_mut_ptr();
-        self.over_chunks(&self.programs[k], &call, &[]);
         self.refresh_outputs(k);
     }
 
     /// A pure run over some chunks.
     pub(super) fn run_some(&mut self, k: usize, s: &State, chunks: &[u32]) {
-        let call = self.call(k, s);
+        let calls: Vec<Call> = (0..self.layout.parts.len())
+            .map(|part| self.call(k, part, s))
+            .collect();
         let run = self.programs[k].run[1];
-        let one = |&c: &u32| unsafe { run(&call, c as usize, c as usize + 1) };
+        let parts = &self.layout.parts;
+        let one = |&c: &u32| {
+            let here = |part: &std::ops::Range<usize>| part.contains(&(c as usize));
+            let call = &calls[parts.iter().position(here).unwrap_or_default()];
+            unsafe { run(call, c as usize, c as usize + 1) }
+        };
         if chunks.len() >= 256 && rayon::current_num_threads() > 1 {
             chunks.par_iter().with_min_len(64).for_each(one);
         } else {
@@ -74,14 +85,15 @@ impl Engine {
     }
 
     /// `whole`: one byte per chunk, 1 where the instance without masks may run; empty: nowhere.
-    fn over_chunks(&self, p: &Program, call: &Call, whole: &[u8]) {
-        let chunks = self.layout.chunks();
-        let rows = self.families[p.family].present.len() / chunks.max(1);
+    fn over_chunks(&self, p: &Program, call: &Call, part: usize, whole: &[u8]) {
+        let chunks = self.layout.parts[part].clone();
+        let rows = self.families[p.family].present.len() / self.layout.chunks().max(1);
         let grain = (ROWS_PER_TASK / (rows + 8)).clamp(1, 512);
-        let tasks = chunks.div_ceil(grain);
+        let tasks = chunks.len().div_ceil(grain);
         // SAFETY: the instances were chosen for this processor and this traversal.
         let task = |t: usize| unsafe {
-            stretch(p.run, call, whole, t * grain, ((t + 1) * grain).min(chunks))
+            let from = chunks.start + t * grain;
+            stretch(p.run, call, whole, from, (from + grain).min(chunks.end))
         };
         if tasks > 1 && rayon::current_num_threads() > 1 {
             (0..tasks).into_par_iter().for_each(task);
@@ -90,7 +102,8 @@ impl Engine {
         }
     }
 
-    fn call(&mut self, k: usize, s: &State) -> Call {
+    /// What a sweep reads and writes on the nodes of one material.
+    fn call(&mut self, k: usize, part: usize, s: &State) -> Call {
         let p = &self.programs[k];
         let (family, bonds) = (&self.families[p.family], &self.bonds[p.family]);
         let state = &s.families[p.family];
@@ -101,7 +114,7 @@ impl Engine {
             own: [null(); MAX_SLOTS],
             nbr: [null(); MAX_SLOTS],
             out: [null_mut(); MAX_SLOTS],
-            constants: self.constants.as_ptr(),
+            constants: self.constants[part].as_ptr(),
             base: self.layout.base.as_ptr(),
             nodes: self.layout.nodes.as_ptr(),
             first: family.first.as_ptr(),

@@ -1,5 +1,5 @@
 //! Making an engine: check, estimate, lay out, evaluate, run the reference stage.
-use super::constants::{AtReferenceBond, Material, material};
+use super::constants::{AtReferenceBond, Materials, materials};
 use super::geometry::{Geometry, Streams, entries, table};
 use super::program::{Choice, Program, programs};
 use super::redo::Redo;
@@ -22,7 +22,7 @@ pub(super) fn engine(body: &Body, law: Law, settings: Settings) -> Result<Engine
     let spec = law.spec;
     check::spec(&spec)?;
     check::body(body)?;
-    check::settings(&spec, &settings)?;
+    check::settings(&spec, body, &settings)?;
     if spec.dim != body.flavour.dim() {
         let m = format!(
             "it has {} dimensions, the body is {}",
@@ -42,9 +42,9 @@ pub(super) fn engine(body: &Body, law: Law, settings: Settings) -> Result<Engine
             flavour: body.flavour,
         },
     )?;
-    let material = material(&spec, body, &settings)?;
+    let materials = materials(&spec, body, &settings)?;
     memory::check(&spec, &programs, body, &settings, lattice)?;
-    let filters = filters(&spec, body, &material)?;
+    let filters = filters(&spec, body, &materials)?;
     let (layout, families) = lay_out(body, &settings, lattice, &filters);
     drop(filters);
     for f in &families {
@@ -55,7 +55,7 @@ pub(super) fn engine(body: &Body, law: Law, settings: Settings) -> Result<Engine
         }
     }
     let (geometry, streams) = geometry(
-        &spec, &programs, body, &settings, &layout, &families, &material, isa,
+        &spec, &programs, body, &settings, &layout, &families, &materials, isa,
     )?;
     let mut engine = assemble(
         spec,
@@ -66,7 +66,7 @@ pub(super) fn engine(body: &Body, law: Law, settings: Settings) -> Result<Engine
         programs,
         geometry,
         streams,
-        material.constants,
+        materials.own(),
     );
     let rest = engine.state();
     engine.refresh_whole(&rest);
@@ -85,6 +85,12 @@ fn use_lattice(body: &Body, settings: &Settings) -> Result<bool, SetupError> {
             _ => Ok(false),
         };
     };
+    if settings.materials.len() > 1 {
+        return match settings.traversal {
+            Traversal::Lattice => fail("the lattice traversal knows one material: use `cloud`"),
+            _ => Ok(false),
+        };
+    }
     let uniform = body
         .volume
         .iter()
@@ -111,7 +117,7 @@ fn use_lattice(body: &Body, settings: &Settings) -> Result<bool, SetupError> {
 fn filters<'a>(
     spec: &Spec,
     body: &Body,
-    material: &'a Material,
+    materials: &'a Materials,
 ) -> Result<Vec<Option<BoxedFilter<'a>>>, SetupError> {
     let dim = spec.dim;
     let limits = Limits {
@@ -126,11 +132,12 @@ fn filters<'a>(
         };
         let code = Code::new(tape, Place::Filter, &limits, body.flavour)
             .map_err(|e| SetupError::law(&spec.law, format!("family `{}`: {e}", f.name)))?;
-        let keep = move |xi: [f64; 3], weight: f64| {
+        let keep = move |xi: [f64; 3], weight: f64, pair: usize| {
             truth(
                 &code,
                 &mut AtReferenceBond {
-                    material,
+                    influences: &materials.influences,
+                    constants: &materials.pairs[pair],
                     xi,
                     length: length(xi, dim),
                     weight,
@@ -142,7 +149,7 @@ fn filters<'a>(
     spec.families.iter().map(one).collect()
 }
 
-type BoxedFilter<'a> = Box<dyn Fn([f64; 3], f64) -> bool + Sync + 'a>;
+type BoxedFilter<'a> = Box<dyn Fn([f64; 3], f64, usize) -> bool + Sync + 'a>;
 
 fn lay_out(
     body: &Body,
@@ -159,7 +166,13 @@ fn lay_out(
             let plan = plan_lattice(body, grid, s.horizon);
             lattice(body, grid, &plan, s.horizon, s.partial_volume, &filters)
         }
-        _ => cloud(body, s.horizon, s.partial_volume, &filters),
+        _ => cloud(
+            body,
+            s.horizon,
+            s.partial_volume,
+            s.materials.len(),
+            &filters,
+        ),
     }
 }
 
@@ -171,7 +184,7 @@ fn geometry(
     settings: &Settings,
     layout: &Layout,
     families: &[Family],
-    material: &Material,
+    materials: &Materials,
     isa: Isa,
 ) -> Result<(Vec<Geometry>, Vec<Vec<f64>>), SetupError> {
     let weight = |xi: [f64; 3], other: usize| {
@@ -183,12 +196,12 @@ fn geometry(
         };
         fraction * layout.volume[layout.ghosts.origin(other)]
     };
-    let mut streams = Streams::new(layout, families, material, &weight);
+    let mut streams = Streams::new(layout, families, materials, &weight);
     let mut geometry = vec![];
     for (p, s) in programs.iter().zip(&spec.sweeps) {
         let on_lattice = matches!(families[p.family].shape, crate::layout::Shape::Stencil(_));
         geometry.push(match on_lattice {
-            true => table(p, entries(&families[p.family]), material, spec.dim, isa),
+            true => table(p, entries(&families[p.family]), materials, spec.dim, isa),
             false => streams.add(spec, p, &s.geometry)?,
         });
     }
@@ -205,7 +218,7 @@ fn assemble(
     programs: Vec<Program>,
     geometry: Vec<Geometry>,
     streams: Vec<Vec<f64>>,
-    constants: Vec<f64>,
+    constants: Vec<Vec<f64>>,
 ) -> Engine {
     let (homes, arrays, state_slots) = homes(&spec);
     let mut reads_ghosts = vec![false; spec.slots.len()];

@@ -11,11 +11,12 @@ pub(crate) fn cloud(
     body: &Body,
     delta: f64,
     partial: bool,
+    materials: usize,
     filters: &[Option<Filter>],
 ) -> (Layout, Vec<Family>) {
-    let layout = place(body, delta);
-    let nodes = body.x.len() as u32;
-    let mut used: Vec<u32> = (0..nodes).collect();
+    let layout = place(body, delta, materials);
+    let mut used: Vec<u32> = layout.slot.clone();
+    used.sort_unstable();
     used.extend(&layout.ghosts.to);
     let cells = Cells::new(&layout.x, layout.dim, delta, &used);
     let volume = |slot: usize| layout.volume[layout.ghosts.origin(slot)];
@@ -33,24 +34,39 @@ pub(crate) fn cloud(
             if let Some(filter) = filter {
                 found.retain(|&q| {
                     let xi = cells.xi(p, q as usize);
-                    filter(xi, weight(xi, q as usize))
+                    filter(xi, weight(xi, q as usize), layout.pair(p, q as usize))
                 });
             }
         };
-        family(&layout, nodes as usize, &search)
+        family(&layout, &search)
     });
     let families = families.collect();
     (layout, families)
 }
 
-/// Spatial order, then ghosts behind the nodes.
-fn place(body: &Body, delta: f64) -> Layout {
+/// Material by material in spatial order, each from a chunk of its own on, then ghosts behind the nodes.
+fn place(body: &Body, delta: f64, materials: usize) -> Layout {
     let n = body.x.len();
     let mut order: Vec<u32> = (0..n as u32).collect();
     let key = Curve::new(body, delta);
-    order.par_sort_by_key(|&node| (key.of(body.x[node as usize]), node));
-    let padded = n.next_multiple_of(CHUNK);
-    let images = images(body, &order, delta);
+    let material = |node: u32| body.material.get(node as usize).copied().unwrap_or(0);
+    order.par_sort_by_key(|&node| (material(node), key.of(body.x[node as usize]), node));
+    let (mut slots, mut parts) = (Vec::with_capacity(n), Vec::new());
+    let mut padded = 0;
+    for m in 0..materials.max(1) {
+        let nodes = match materials {
+            0 | 1 => n,
+            _ => order
+                .iter()
+                .filter(|&&node| material(node) as usize == m)
+                .count(),
+        };
+        slots.extend(padded as u32..(padded + nodes) as u32);
+        let end = (padded + nodes).next_multiple_of(CHUNK);
+        parts.push(padded / CHUNK..end / CHUNK);
+        padded = end;
+    }
+    let images = images(body, &order, &slots, delta);
     let len = (padded + images.len()).next_multiple_of(CHUNK);
     let mut layout = Layout {
         dim: body.flavour.dim(),
@@ -63,7 +79,9 @@ fn place(body: &Body, delta: f64) -> Layout {
     let last = order[n - 1] as usize;
     layout.x = std::array::from_fn(|a| vec![body.x[last][a]; len]);
     layout.volume = vec![0.0; len];
-    for (s, &node) in order.iter().enumerate() {
+    layout.parts = parts;
+    for (&s, &node) in slots.iter().zip(&order) {
+        let s = s as usize;
         layout.slot[node as usize] = s as u32;
         layout.user[s] = node;
         layout.volume[s] = body.volume[node as usize];
@@ -83,7 +101,11 @@ fn place(body: &Body, delta: f64) -> Layout {
     let chunks = padded / CHUNK;
     layout.base = (0..chunks).map(|c| (c * CHUNK) as u32).collect();
     layout.nodes = (0..chunks)
-        .map(|c| (0xFFu32 >> (8 - (n - c * CHUNK).min(8))) as u8)
+        .map(|c| {
+            let occupied = layout.user[c * CHUNK..(c + 1) * CHUNK].iter();
+            let bit = |(k, user): (usize, &u32)| u8::from(*user != NONE) << k;
+            occupied.enumerate().map(bit).sum()
+        })
         .collect();
     layout.chunk_of = (0..len / CHUNK)
         .map(|c| if c < chunks { c as u32 } else { NONE })
@@ -92,7 +114,7 @@ fn place(body: &Body, delta: f64) -> Layout {
 }
 
 /// Periodic images within reach of the body: (slot of the node, position).
-fn images(body: &Body, order: &[u32], delta: f64) -> Vec<(u32, [f64; 3])> {
+fn images(body: &Body, order: &[u32], slots: &[u32], delta: f64) -> Vec<(u32, [f64; 3])> {
     let dim = body.flavour.dim();
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for x in &body.x {
@@ -115,10 +137,10 @@ fn images(body: &Body, order: &[u32], delta: f64) -> Vec<(u32, [f64; 3])> {
                 }
                 let shift: [f64; 3] =
                     std::array::from_fn(|a| [i, j, k][a] as f64 * body.periodic[a].unwrap_or(0.0));
-                for (s, &node) in order.iter().enumerate() {
+                for (&s, &node) in slots.iter().zip(order) {
                     let x: [f64; 3] = std::array::from_fn(|a| body.x[node as usize][a] + shift[a]);
                     if (0..3).all(|a| x[a] >= low[a] - reach && x[a] <= high[a] + reach) {
-                        images.push((s as u32, x));
+                        images.push((s, x));
                     }
                 }
             }
@@ -178,13 +200,13 @@ fn morton(c: [u64; 3]) -> u64 {
 }
 
 /// Two passes, count and fill, so that the lists are written in place.
-fn family(layout: &Layout, nodes: usize, search: &(dyn Fn(usize, &mut Vec<u32>) + Sync)) -> Family {
+fn family(layout: &Layout, search: &(dyn Fn(usize, &mut Vec<u32>) + Sync)) -> Family {
     let chunks = layout.chunks();
     let longest: Vec<u32> = (0..chunks)
         .into_par_iter()
         .map_init(Vec::new, |found, c| {
             let mut rows = 0;
-            for p in c * CHUNK..((c + 1) * CHUNK).min(nodes) {
+            for p in (c * CHUNK..(c + 1) * CHUNK).filter(|p| layout.user[*p] != NONE) {
                 search(p, found);
                 rows = rows.max(found.len() as u32);
             }
@@ -215,7 +237,7 @@ fn family(layout: &Layout, nodes: usize, search: &(dyn Fn(usize, &mut Vec<u32>) 
             for lane in 0..CHUNK {
                 let p = c * CHUNK + lane;
                 found.clear();
-                if p < nodes {
+                if layout.user[p] != NONE {
                     search(p, found);
                 }
                 fill_lane(lane, p, found, index, present);

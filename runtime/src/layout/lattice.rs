@@ -120,6 +120,7 @@ pub(crate) fn lattice(
         ..Layout::default()
     };
     place_chunks(&mut layout);
+    layout.parts = vec![0..layout.chunks()];
     place_nodes(&mut layout, body, grid, plan, &mut occupied);
     let entries = stencil(plan, grid.spacing, delta, partial, body.volume[0]);
     let families = filters
@@ -241,7 +242,7 @@ fn stencil(plan: &Plan, spacing: f64, delta: f64, partial: bool, volume: f64) ->
 
 /// The bonds that exist: both ends are nodes or images of nodes.
 fn family(layout: &Layout, occupied: &[u32], all: &[Entry], filter: Option<Filter>) -> Family {
-    let keep = |e: &&Entry| filter.is_none_or(|f| f(e.xi, e.weight));
+    let keep = |e: &&Entry| filter.is_none_or(|f| f(e.xi, e.weight, 0));
     let mut entries: Vec<Entry> = all.iter().filter(keep).cloned().collect();
     let offsets: Vec<[f64; 3]> = entries.iter().map(|e| e.xi).collect();
     for e in &mut entries {

@@ -19,8 +19,8 @@ pub(crate) const INCLUSIVE: f64 = 1.0 + 1e-9;
 /// No user node: padding and ghosts.
 pub(crate) const NONE: u32 = u32::MAX;
 
-/// Keeps a bond for a named family: reference bond vector [m] and weight [m^3].
-pub(crate) type Filter<'a> = &'a (dyn Fn([f64; 3], f64) -> bool + Sync);
+/// Keeps a bond for a named family: reference bond vector [m], weight [m^3], pair of materials.
+pub(crate) type Filter<'a> = &'a (dyn Fn([f64; 3], f64, usize) -> bool + Sync);
 
 /// Nodes in slots, slots in chunks.
 #[derive(Debug, Default)]
@@ -40,6 +40,8 @@ pub(crate) struct Layout {
     /// Slot / 8 -> chunk, `NONE` where no chunk is.
     pub chunk_of: Vec<u32>,
     pub ghosts: Ghosts,
+    /// Chunks of each material; a chunk has one.
+    pub parts: Vec<std::ops::Range<usize>>,
 }
 
 /// Periodic images: slot `to[k]` repeats slot `from[k]`.
@@ -83,6 +85,19 @@ impl Layout {
     pub fn place(&self, slot: usize) -> (usize, usize) {
         let slot = self.ghosts.origin(slot);
         (self.chunk_of[slot / CHUNK] as usize, slot % CHUNK)
+    }
+
+    /// Position of the materials of two slots among all pairs.
+    pub fn pair(&self, from: usize, to: usize) -> usize {
+        if self.parts.len() < 2 {
+            return 0;
+        }
+        let material = |slot: usize| {
+            let (chunk, _) = self.place(slot);
+            let of = self.parts.iter().position(|part| part.contains(&chunk));
+            of.unwrap_or_default()
+        };
+        material(from) * self.parts.len() + material(to)
     }
 
     pub fn position(&self, slot: usize) -> [f64; 3] {

@@ -44,7 +44,7 @@ impl Scene {
     /// How the engine is to be built.
     pub fn settings(&self) -> Settings {
         Settings {
-            params: self.material.params.clone(),
+            materials: vec![self.material.params.clone()],
             influences: self
                 .material
                 .influences

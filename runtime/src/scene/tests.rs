@@ -98,6 +98,7 @@ fn spring(dim: usize) -> Spec {
         lower: Some((0.0, false)),
         upper: None,
         default,
+        meet: Default::default(),
     };
     Spec {
         law: "spring".into(),

@@ -12,6 +12,8 @@ pub(crate) trait Leaves<L: Lane> {
     #[inline(always)]
     fn add(&mut self, _accumulator: usize, _a: L, _b: L) {}
     #[inline(always)]
+    fn max(&mut self, _accumulator: usize, _a: L) {}
+    #[inline(always)]
     fn put_history(&mut self, _k: usize, _v: L) {}
 }
 
@@ -69,6 +71,7 @@ pub(crate) fn run<L: Lane, V: Leaves<L>>(code: &Code, r: &mut Registers<L>, v: &
             Step::Not(d, a) => r.put_truth(d, L::not(r.truth(a))),
             Step::Kill(m) => v.kill(r.truth(m)),
             Step::AddTo(k, a, b) => v.add(k as usize, r.number(a), r.number(b)),
+            Step::MaxTo(k, a) => v.max(k as usize, r.number(a)),
             Step::PutHistory(k, a) => v.put_history(k as usize, r.number(a)),
         }
     }

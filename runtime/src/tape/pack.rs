@@ -99,6 +99,7 @@ pub(crate) enum Step {
     Not(u8, u8),
     Kill(u8),
     AddTo(u8, u8, u8),
+    MaxTo(u8, u8),
     PutHistory(u8, u8),
 }
 
@@ -210,7 +211,7 @@ impl Checker<'_> {
             Op::Weight => (&reference, 0, 1),
             Op::Ball(_) => (&[Constants], 0, 1),
             Op::Kill(_) => (&[Bond], 0, l.kills as usize),
-            Op::AddTo(k, ..) => (&[Bond], k as usize, l.accumulators),
+            Op::AddTo(k, ..) | Op::MaxTo(k, _) => (&[Bond], k as usize, l.accumulators),
             Op::PutHistory(k, _) if l.updates => (&[Bond], k as usize, l.history),
             Op::PutHistory(..) => (&[], 0, 0),
             _ => return Ok(()),
@@ -263,6 +264,7 @@ pub(crate) fn operands(op: &Op) -> Vec<u32> {
         | Op::Powi(a, _)
         | Op::Not(a)
         | Op::Kill(a)
+        | Op::MaxTo(_, a)
         | Op::PutHistory(_, a) => vec![a],
         _ => vec![],
     }
@@ -271,7 +273,7 @@ pub(crate) fn operands(op: &Op) -> Vec<u32> {
 fn kind(op: &Op) -> Kind {
     match op {
         Op::Lt(..) | Op::Le(..) | Op::And(..) | Op::Or(..) | Op::Not(_) => Kind::Truth,
-        Op::Kill(_) | Op::AddTo(..) | Op::PutHistory(..) => Kind::Effect,
+        Op::Kill(_) | Op::AddTo(..) | Op::MaxTo(..) | Op::PutHistory(..) => Kind::Effect,
         _ => Kind::Number,
     }
 }
@@ -466,6 +468,7 @@ fn step(op: &Op, d: u8, s: &[u8]) -> Step {
         Op::Select(..) => Step::Select(d, s[0], s[1], s[2]),
         Op::Kill(_) => Step::Kill(s[0]),
         Op::AddTo(k, ..) => Step::AddTo(k as u8, s[0], s[1]),
+        Op::MaxTo(k, _) => Step::MaxTo(k as u8, s[0]),
         Op::PutHistory(k, _) => Step::PutHistory(k as u8, s[0]),
     }
 }

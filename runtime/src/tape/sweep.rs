@@ -13,6 +13,8 @@ pub struct TapeSweep {
     pub(crate) pre: Code,
     pub(crate) bond: Code,
     pub(crate) post: Code,
+    /// One bit per accumulator that holds an extreme, which starts at minus infinity.
+    pub(crate) extremes: u64,
 }
 
 struct AtNode<'a, L: Lane, N> {
@@ -68,6 +70,10 @@ impl<L: Lane, const D: usize, B: Bond<L, D>> Leaves<L> for InSpace<D, AtBond<'_,
         self.0.bond.add(&mut self.0.acc[k], a, b);
     }
     #[inline(always)]
+    fn max(&mut self, k: usize, a: L) {
+        self.0.bond.max(&mut self.0.acc[k], a);
+    }
+    #[inline(always)]
     fn put_history(&mut self, k: usize, v: L) {
         self.0.bond.put_history(k, v);
     }
@@ -79,7 +85,13 @@ impl<const D: usize> Sweep<D> for TapeSweep {
 
     #[inline(always)]
     fn zero<L: Lane>(&self) -> [L; MAX_VALUES] {
-        [L::splat(0.0); MAX_VALUES]
+        let mut acc = [L::splat(0.0); MAX_VALUES];
+        let mut left = self.extremes;
+        while left != 0 {
+            acc[left.trailing_zeros() as usize] = L::splat(f64::NEG_INFINITY);
+            left &= left - 1;
+        }
+        acc
     }
 
     #[inline(always)]

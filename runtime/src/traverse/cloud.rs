@@ -61,6 +61,10 @@ impl<L: Memory, const D: usize, const MASKED: bool> Bond<L, D> for Column<'_, L,
     fn add(&self, acc: &mut L, a: L, b: L) {
         self.row.add(acc, a, b)
     }
+    #[inline(always)]
+    fn max(&self, acc: &mut L, a: L) {
+        self.row.max(acc, a)
+    }
 }
 
 /// Components of the records at the places of an index row.

@@ -152,6 +152,16 @@ impl<'a, L: Memory, const MASKED: bool> Row<'a, L, MASKED> {
     }
 
     #[inline(always)]
+    fn max(&self, acc: &mut L, a: L) {
+        let larger = acc.max(a);
+        *acc = if MASKED {
+            L::select(self.alive, larger, *acc)
+        } else {
+            larger
+        };
+    }
+
+    #[inline(always)]
     fn cell(&self) -> usize {
         self.row * CHUNK + self.part * L::W
     }

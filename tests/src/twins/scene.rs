@@ -34,6 +34,7 @@ pub fn body(n: u32) -> Body {
         flavour: Flavour::Solid,
         x: cell.iter().map(|c| c.map(|c| c as f64 * DX)).collect(),
         volume: vec![DX.powi(3); cell.len()],
+        material: vec![],
         cross: 1.0,
         grid: Some(Grid {
             origin: [0.0; 3],
@@ -50,7 +51,7 @@ pub fn body(n: u32) -> Body {
 pub fn engine(body: &Body, law: Law, params: Vec<f64>, traversal: Traversal, isa: Isa) -> Engine {
     let influence = |i: &InfluenceSpec| (i.default.clone().expect("the law has a default"), vec![]);
     let settings = Settings {
-        params,
+        materials: vec![params],
         influences: law.spec.influences.iter().map(influence).collect(),
         horizon: HORIZON,
         partial_volume: true,

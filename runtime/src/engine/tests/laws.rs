@@ -12,6 +12,7 @@ pub fn param(name: &str) -> ParamSpec {
         lower: None,
         upper: None,
         default: None,
+        meet: Default::default(),
     }
 }
 

@@ -5,7 +5,7 @@ use crate::spec::Spec;
 
 fn make(body: &Body, spec: Spec, params: Vec<f64>, traversal: Traversal, isa: Isa) -> Engine {
     let settings = Settings {
-        params,
+        materials: vec![params],
         influences: vec![],
         horizon: 3.015,
         partial_volume: true,
@@ -172,7 +172,7 @@ fn threads_do_not_change_a_bit() {
 fn a_body_that_does_not_fit_is_refused_before_it_is_built() {
     let body = block(Flavour::Solid, [60, 60, 60], 1.0);
     let mut settings = Settings {
-        params: vec![3.0, 0.1],
+        materials: vec![vec![3.0, 0.1]],
         influences: vec![],
         horizon: 60.0,
         partial_volume: false,
@@ -212,7 +212,7 @@ fn spoilt_laws_are_errors_or_run() {
             continue;
         };
         let settings = Settings {
-            params: vec![3.0; spec.params.len()],
+            materials: vec![vec![3.0; spec.params.len()]],
             influences: vec![],
             horizon: 2.1,
             partial_volume: false,

@@ -3,7 +3,7 @@ use super::*;
 
 fn settings(traversal: Traversal, isa: Isa) -> Settings {
     Settings {
-        params: vec![3.0, 0.07],
+        materials: vec![vec![3.0, 0.07]],
         influences: vec![],
         horizon: 3.015,
         partial_volume: true,
