@@ -1,0 +1,204 @@
+//! Bodies of several materials: the force is still the derivative of the energy, momentum is kept, and what
+//! meets on a bond meets as the law says.
+
+use pdlang_runtime::body::{Body, Flavour};
+use pdlang_runtime::engine::{Breaking, Engine, Isa, Law, Settings, State, Traversal};
+use pdlang_runtime::spec::{InfluenceSpec, Meet};
+use pdlang_tests::agreement::{Question, gather, per_node, spread};
+use pdlang_tests::{bodies, laws};
+
+const LAWS: [&str; 5] = ["pmb", "pmb_compression", "gpmb", "lps", "lps_frozen"];
+
+fn engine(question: &Question, body: &Body, law: Law, materials: &[Vec<f64>]) -> Engine {
+    let chosen = |i: &InfluenceSpec| i.default.clone().map(|f| (f, vec![]));
+    let constant = |i: &InfluenceSpec| {
+        let (f, values) = laws::influence("constant");
+        chosen(i).unwrap_or((pdlang_tests::agreement::influence(&f), values))
+    };
+    let settings = Settings {
+        materials: materials.to_vec(),
+        influences: law.spec.influences.iter().map(constant).collect(),
+        horizon: question.horizon,
+        partial_volume: false,
+        lattice_constants: false,
+        traversal: Traversal::Auto,
+        isa: Some(Isa::Scalar),
+    };
+    Engine::new(body, law, settings).expect("the body is valid")
+}
+
+/// Every third node is of a material with other moduli.
+fn mixed(body: &Body) -> Body {
+    let of = |node: usize| u8::from(node.is_multiple_of(3)) * 2;
+    Body {
+        material: (0..body.x.len()).map(of).collect(),
+        ..body.clone()
+    }
+}
+
+fn three(law: &pdlang::ir::Law) -> [Vec<f64>; 3] {
+    [(14.9e9, 6e9), (1e9, 1e9), (40e9, 11e9)].map(|(k, g)| laws::params(law, &[("K", k), ("G", g)]))
+}
+
+fn state(engine: &Engine, u: &[[f64; 3]]) -> State {
+    let mut state = engine.state();
+    spread(engine, u, &mut state.u);
+    state
+}
+
+fn total_energy(engine: &mut Engine, state: &mut State) -> f64 {
+    engine.forces(state, Breaking::Held);
+    let volume = engine.volume().to_vec();
+    let energy = engine.energy(state);
+    energy.iter().zip(&volume).map(|(e, v)| e * v).sum()
+}
+
+#[test]
+fn equal_materials_are_one_material() {
+    for name in LAWS {
+        let law = laws::law(name);
+        for flavour in Flavour::ALL {
+            let question = Question::deformed(&law, bodies::carved(flavour, 3), 1e-2, 7);
+            let same = vec![three(&law)[0].clone(); 3];
+            let mut one = engine(
+                &question,
+                &question.body,
+                question.interpreted(),
+                &same[..1],
+            );
+            let mut many = engine(
+                &question,
+                &mixed(&question.body),
+                question.interpreted(),
+                &same,
+            );
+            let u = question.path.last().expect("a displacement");
+            let force = [&mut one, &mut many].map(|e| {
+                let mut s = state(e, u);
+                e.forces(&mut s, Breaking::Held);
+                gather(e, e.force())
+            });
+            let size = force[0]
+                .iter()
+                .flatten()
+                .fold(0.0_f64, |m, f| m.max(f.abs()));
+            let gap = force[0].iter().flatten().zip(force[1].iter().flatten());
+            let gap = gap.fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()));
+            assert!(gap <= 1e-12 * size, "{question}: {:e}", gap / size);
+        }
+    }
+}
+
+#[test]
+fn forces_are_derivatives_of_the_energy_and_keep_momentum() {
+    for name in LAWS {
+        let law = laws::law(name);
+        for flavour in Flavour::ALL {
+            let question = Question::deformed(&law, bodies::cloud(flavour, 3), 1e-2, 7);
+            let body = mixed(&question.body);
+            let mut e = engine(&question, &body, question.fastest(), &three(&law));
+            let u = question.path.last().expect("a displacement");
+            let mut here = state(&e, u);
+            e.forces(&mut here, Breaking::Held);
+            let force = e.force().to_vec();
+            let volume = e.volume().to_vec();
+            let du = state(&e, &question.du).u;
+            let mut work = 0.0;
+            for (a, f) in force.iter().enumerate() {
+                let (mut total, mut size) = (0.0, 0.0);
+                for (s, v) in volume.iter().enumerate() {
+                    work -= f[s] * du[a][s] * v;
+                    total += f[s] * v;
+                    size += (f[s] * v).abs();
+                }
+                assert!(
+                    total.abs() <= 1e-13 * size,
+                    "{question}: momentum {:e}",
+                    total / size
+                );
+            }
+            let h = 1e-4;
+            let [plus, minus] = [h, -h].map(|h| {
+                let mut moved = here.clone();
+                for (u, d) in moved.u.iter_mut().zip(&du) {
+                    u.iter_mut().zip(d).for_each(|(u, d)| *u += h * d);
+                }
+                total_energy(&mut e, &mut moved)
+            });
+            let slope = (plus - minus) / (2.0 * h);
+            assert!(
+                (slope - work).abs() <= 1e-6 * work.abs(),
+                "{question}: {slope:e} {work:e}"
+            );
+        }
+    }
+}
+
+/// Two cells that conduct: the bond has the harmonic mean, the capacity is each node's own.
+#[test]
+fn parameters_meet_as_the_law_says() {
+    let text = include_str!("../fixtures/laws/bond_heat.pd");
+    for (words, mean) in [
+        ("", 2.0),
+        ("meets harmonic", 1.5),
+        ("meets min", 1.0),
+        ("meets max", 3.0),
+    ] {
+        let law =
+            laws::parse(&text.replace("conductivity > 0 ", &format!("conductivity > 0 {words} ")));
+        let mut question = Question::at_rest(&law, bodies::lattice(Flavour::Bar, [2, 1, 1], false));
+        question.horizon = 1.5 * question.body.spacing;
+        let rates = |k: [f64; 2]| {
+            let set = |k, rho| laws::params(&law, &[("k", k), ("rho", rho), ("cv", 1.0)]);
+            let body = Body {
+                material: vec![0, 1],
+                ..question.body.clone()
+            };
+            let materials = [set(k[0], 1.0), set(k[1], 10.0)];
+            let mut e = engine(&question, &body, question.interpreted(), &materials);
+            let mut s = e.state();
+            s.slots[0][e.slot(1)] = 1.0;
+            e.forces(&mut s, Breaking::Held);
+            let rate = e.rates().next().expect("a rate").1.to_vec();
+            per_node(&e, &rate)
+        };
+        let (same, other) = (rates([1.0, 1.0]), rates([1.0, 3.0]));
+        assert!(
+            (other[0] / same[0] - mean).abs() < 1e-12,
+            "{words}: {other:?} {same:?}"
+        );
+        assert!(
+            (other[1] / same[1] - mean).abs() < 1e-12,
+            "{words}: {other:?} {same:?}"
+        );
+        assert!((other[0] + 10.0 * other[1]).abs() < 1e-12 * other[0].abs());
+    }
+    assert_eq!(Meet::Harmonic.of(f64::INFINITY, 3.0), 6.0);
+}
+
+#[test]
+fn wrong_materials_are_refused() {
+    let law = laws::law("pmb");
+    let question = Question::at_rest(&law, bodies::lattice(Flavour::Bar, [9, 1, 1], false));
+    let body = Body {
+        material: vec![2; 9],
+        ..question.body.clone()
+    };
+    let settings = |materials| Settings {
+        materials,
+        influences: vec![],
+        horizon: question.horizon,
+        partial_volume: false,
+        lattice_constants: false,
+        traversal: Traversal::Auto,
+        isa: None,
+    };
+    let set = laws::params(&law, &[]);
+    for (materials, words) in [
+        (vec![], "0 materials"),
+        (vec![set.clone(); 2], "of material 2"),
+    ] {
+        let error = Engine::new(&body, question.interpreted(), settings(materials)).unwrap_err();
+        assert!(error.to_string().contains(words), "{error}");
+    }
+}
