@@ -19,10 +19,11 @@ pub(crate) fn twice(what: &str, name: &Name, earlier: Span) -> Diagnostic {
         .help("write their sum")
 }
 
-pub(crate) fn without(what: &str, name: &Name, missing: &str) -> Diagnostic {
-    Diagnostic::error(CODE, format!("the {what} `{}` never changes", name.text))
-        .at(name.span, format!("no `{missing}`"))
-        .help(format!("`{missing} {} = ..`", name.text))
+pub(crate) fn without_update(history: &Name) -> Diagnostic {
+    let name = &history.text;
+    Diagnostic::error(CODE, format!("the history `{name}` never changes"))
+        .at(history.span, "no `update`")
+        .help(format!("`update {name} = ..`"))
 }
 
 pub(crate) fn no_family(what: &str, family: &Name) -> Diagnostic {
@@ -42,7 +43,6 @@ mod tests {
     fn laws_answer_once() {
         refuse_text(&bare("node m = sum(x)"), "PD040", "m");
         refuse("energy V = K*sum(s^2)/ball(1)", "PD040", "V");
-        refuse("field T : temperature \"T\"", "PD040", "T");
         refuse("history p : number on bond \"p\"", "PD040", "p");
         refuse(
             "field T : number \"T\" rate T = T/(1 s) rate T = T/(1 s)",

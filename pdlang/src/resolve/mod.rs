@@ -129,20 +129,10 @@ fn count_answers(model: &Model, report: &mut Vec<Diagnostic>) {
         }
     }
     for item in &model.items {
-        match item {
-            Item::Field(field) if !seen.contains_key(&("rate", field.name.text.as_str())) => {
-                report.push(check::responses::without("field", &field.name, "rate"))
-            }
-            Item::History(history)
-                if !seen.contains_key(&("update", history.name.text.as_str())) =>
-            {
-                report.push(check::responses::without(
-                    "history",
-                    &history.name,
-                    "update",
-                ))
-            }
-            _ => {}
+        if let Item::History(history) = item
+            && !seen.contains_key(&("update", history.name.text.as_str()))
+        {
+            report.push(check::responses::without_update(&history.name));
         }
     }
     if model.complete

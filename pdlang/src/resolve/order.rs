@@ -1,6 +1,6 @@
 //! The order in which the definitions of a model can be read, and what nothing needs.
 
-use crate::ast::{Definition, Expr, Item, Model, Name};
+use crate::ast::{Definition, Expr, Item, Model, Name, ResponseKind};
 use crate::check;
 use crate::diag::Diagnostic;
 use crate::ir::Home;
@@ -133,23 +133,27 @@ impl Visits {
 }
 
 /// Warns of items that no response, break, update or node value needs, directly or not. Node values are
-/// outputs in their own right.
+/// outputs in their own right, and so are fields with a rate; a field without one is a coefficient.
 pub(crate) fn unused(model: &Model, report: &mut Vec<Diagnostic>) {
     let needed = needed(model);
     for item in &model.items {
-        let is_output = matches!(
-            item,
-            Item::Definition(Definition {
-                home: Home::Node,
-                ..
-            }) | Item::Field(_)
-                | Item::History(_)
-        );
+        let is_output = match item {
+            Item::Definition(definition) => definition.home == Home::Node,
+            Item::Field(field) => has_rate(model, &field.name),
+            Item::History(_) => true,
+            _ => false,
+        };
         if let Some(name) = declared(item).filter(|name| !is_output && !needed.contains(&name.text))
         {
             report.push(check::unused::warning(item_word(item), name));
         }
     }
+}
+
+fn has_rate(model: &Model, field: &Name) -> bool {
+    model.items.iter().any(|item| {
+        matches!(item, Item::Response(r) if r.kind == ResponseKind::Rate && r.name.text == field.text)
+    })
 }
 
 fn needed(model: &Model) -> HashSet<String> {
