@@ -16,7 +16,7 @@ use std::io::{Read, Write};
 use std::path::Path;
 
 const MAGIC: &[u8; 8] = b"PDLANGCK";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 const HEADER: usize = 8 + 4 + 8 + 8 + 4 + 8;
 
 /// What a run needs to go on.
@@ -26,6 +26,8 @@ pub struct Snapshot {
     pub clock: Clock,
     /// How the step was found.
     pub stable: Option<StableStep>,
+    /// Stages of the fields in a step.
+    pub stages: u32,
     /// Directed bonds broken so far, and when the step was last found.
     pub broken: u64,
     pub broken_at_measure: u64,
@@ -203,6 +205,7 @@ mod tests {
                 base_time: 0.0,
                 dt: 0.25 / 7.0,
             },
+            stages: 0,
             stable: None,
             broken: 3,
             broken_at_measure: 0,

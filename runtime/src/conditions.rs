@@ -67,6 +67,27 @@ pub struct Condition {
     pub region: Shape,
     pub quantity: Quantity,
     pub value: Vec<Option<Expression>>,
+    /// Continues the body beyond a plane: values follow the mirror images of the nodes. Displacements and fields only.
+    pub mirror: Option<Mirror>,
+}
+
+/// A plane, and how a quantity continues beyond it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mirror {
+    /// [m]
+    pub point: [f64; 3],
+    /// Any length but 0.
+    pub normal: [f64; 3],
+    pub parity: Parity,
+}
+
+/// How a value continues beyond a plane.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Parity {
+    /// Twice the expression at the plane minus the value of the image: on the plane the expression holds.
+    Odd,
+    /// The value of the image plus the expression at the node itself: 0 stands for insulation and symmetry.
+    Even,
 }
 
 /// One component of a condition on the nodes where it acts.
@@ -77,6 +98,15 @@ struct Driver {
     /// Component of the vector, or the state slot of a field component.
     component: usize,
     value: Value,
+    mirror: Option<Images>,
+}
+
+/// Mirror images of a driver's nodes.
+struct Images {
+    /// Slots of the images, and where the expression is evaluated.
+    slots: Vec<u32>,
+    places: Vec<[f64; 3]>,
+    parity: Parity,
 }
 
 /// An expression, evaluated as rarely as it can be.
@@ -89,21 +119,59 @@ enum Value {
 }
 
 impl Driver {
-    /// Calls `act(slot, value at t)` for every node.
-    fn each(&self, body: &Body, t: f64, mut act: impl FnMut(usize, f64)) {
-        match &self.value {
-            Value::Fixed(values) => self
-                .slots
-                .iter()
-                .zip(values)
-                .for_each(|(&s, &v)| act(s as usize, v)),
-            Value::Uniform(e) => {
-                let v = at(e, [0.0; 3], t);
-                self.slots.iter().for_each(|&s| act(s as usize, v));
-            }
-            Value::Moving(e) => {
-                for (&node, &s) in self.nodes.iter().zip(&self.slots) {
-                    act(s as usize, at(e, body.x[node as usize], t));
+    /// Calls `act(position in the lists, slot, expression at t)` for every node.
+    fn each(&self, body: &Body, t: f64, mut act: impl FnMut(usize, usize, f64)) {
+        let place = |k: usize| match &self.mirror {
+            Some(images) => images.places[k],
+            None => body.x[self.nodes[k] as usize],
+        };
+        let uniform = match &self.value {
+            Value::Uniform(e) => at(e, [0.0; 3], t),
+            _ => 0.0,
+        };
+        for (k, &s) in self.slots.iter().enumerate() {
+            let value = match &self.value {
+                Value::Fixed(values) => values[k],
+                Value::Uniform(_) => uniform,
+                Value::Moving(e) => at(e, place(k), t),
+            };
+            act(k, s as usize, value);
+        }
+    }
+
+    /// Sets the quantity to the expression at `t`, or to what its mirror images make of it.
+    fn impose(&self, body: &Body, t: f64, values: &mut [f64]) {
+        self.each(body, t, |k, s, v| values[s] = self.continued(k, v, values));
+    }
+
+    /// Puts components where they belong at `state.time`; their velocities become those that led there from
+    /// where they were `before`. Returns the largest motion [m].
+    fn place(
+        &self,
+        state: &mut State,
+        balance: &Balance,
+        before: &mut impl Iterator<Item = f64>,
+    ) -> f64 {
+        let (u, v) = (&mut state.u[self.component], &mut state.v[self.component]);
+        let mut largest = 0.0_f64;
+        self.each(balance.body, state.time, |k, s, value| {
+            let value = self.continued(k, value, u);
+            let old = before.next().unwrap_or(value);
+            u[s] = value;
+            v[s] = (value - old) / balance.dt;
+            largest = largest.max((value - old).abs());
+        });
+        largest
+    }
+
+    fn continued(&self, k: usize, v: f64, values: &[f64]) -> f64 {
+        match &self.mirror {
+            None => v,
+            Some(images) => {
+                let image = values[images.slots[k] as usize];
+                match images.parity {
+                    Parity::Odd => 2.0 * v - image,
+                    Parity::Even => image + v,
                 }
             }
         }
@@ -119,6 +187,11 @@ impl Driver {
         if let Value::Fixed(values) = &mut self.value {
             let mut flags = flags.clone();
             values.retain(|_| flags.next().unwrap_or(false));
+        }
+        if let Some(images) = &mut self.mirror {
+            let (mut one, mut two) = (flags.clone(), flags.clone());
+            images.slots.retain(|_| one.next().unwrap_or(false));
+            images.places.retain(|_| two.next().unwrap_or(false));
         }
         let mut again = flags.clone();
         self.nodes.retain(|_| flags.next().unwrap_or(false));
@@ -160,7 +233,7 @@ pub fn set_initial(
                     ));
                 }
             };
-            driver.each(body, 0.0, |s, v| target[s] = v);
+            driver.impose(body, 0.0, target);
         }
     }
     Ok(())
@@ -170,7 +243,10 @@ pub fn set_initial(
 pub struct Conditions {
     displacement: Vec<Driver>,
     velocity: Vec<Driver>,
+    /// Displacements that follow mirror images; they come last.
+    mirrored: Vec<Driver>,
     force: Vec<Driver>,
+    /// Those that follow mirror images come last.
     field: Vec<Driver>,
     /// Displacements of driven components before the drift, in the order of the drivers.
     before: Vec<f64>,
@@ -239,19 +315,20 @@ impl Conditions {
     ///
     /// Errors as [`set_initial`].
     pub fn new(list: &[Condition], body: &Body, engine: &Engine) -> Result<Conditions, InputError> {
-        let (mut displacement, mut velocity, mut force, mut field) =
-            (vec![], vec![], vec![], vec![]);
+        let (mut displacement, mut velocity, mut mirrored) = (vec![], vec![], vec![]);
+        let (mut force, mut field) = (vec![], vec![]);
         for condition in list {
             for driver in drivers(condition, body, engine)? {
                 let later: &mut [&mut Vec<Driver>] = match condition.quantity {
                     Quantity::Force => &mut [],
                     Quantity::Field(_) => &mut [&mut field],
-                    _ => &mut [&mut displacement, &mut velocity],
+                    _ => &mut [&mut displacement, &mut velocity, &mut mirrored],
                 };
                 later
                     .iter_mut()
                     .for_each(|list| release(list, &driver, body.x.len()));
                 match condition.quantity {
+                    Quantity::Displacement if condition.mirror.is_some() => mirrored.push(driver),
                     Quantity::Displacement => displacement.push(driver),
                     Quantity::Velocity => velocity.push(driver),
                     Quantity::Force => force.push(driver),
@@ -259,10 +336,12 @@ impl Conditions {
                 }
             }
         }
+        field.sort_by_key(|d: &Driver| d.mirror.is_some());
         let loads = loaded(&force, body.flavour.dim(), engine.len());
         Ok(Conditions {
             displacement,
             velocity,
+            mirrored,
             force,
             field,
             before: Vec::new(),
@@ -273,17 +352,21 @@ impl Conditions {
 
     /// Whether nothing is imposed and nothing loaded.
     pub fn is_free(&self) -> bool {
-        [&self.displacement, &self.velocity, &self.force, &self.field]
-            .iter()
-            .all(|list| list.is_empty())
+        self.motion().next().is_none() && self.force.is_empty() && self.field.is_empty()
+    }
+
+    /// Drivers of the motion, each after those that it follows.
+    fn motion(&self) -> impl Iterator<Item = &Driver> {
+        let lists = [&self.displacement, &self.velocity, &self.mirrored];
+        lists.into_iter().flatten()
     }
 
     /// Imposes displacements and fields at the start.
     pub fn start(&self, body: &Body, state: &mut State) {
-        for driver in &self.displacement {
-            driver.each(body, state.time, |s, v| state.u[driver.component][s] = v);
+        for driver in self.displacement.iter().chain(&self.mirrored) {
+            driver.impose(body, state.time, &mut state.u[driver.component]);
         }
-        self.impose_fields(body, state);
+        self.impose_fields(body, state.time, &mut state.slots);
     }
 
     /// Body forces at time `t`.
@@ -293,41 +376,49 @@ impl Conditions {
         }
         for driver in &self.force {
             let f = &mut self.loads.density[driver.component];
-            driver.each(body, t, |s, v| f[s] += v);
+            driver.each(body, t, |_, s, v| f[s] += v);
         }
     }
 
     /// Before the drift: remembers where driven components are.
     pub fn before_drift(&mut self, state: &State, balance: &Balance) {
-        self.before.clear();
+        let mut before = std::mem::take(&mut self.before);
+        before.clear();
         let (mut work, volume) = (0.0, balance.volume);
-        for driver in self.displacement.iter().chain(&self.velocity) {
+        for driver in self.motion() {
             let (u, v) = (&state.u[driver.component], &state.v[driver.component]);
             for &s in &driver.slots {
-                self.before.push(u[s as usize]);
+                before.push(u[s as usize]);
                 work -= 0.5 * balance.density * volume[s as usize] * v[s as usize].powi(2);
             }
         }
+        self.before = before;
         self.work += work;
+    }
+
+    /// Before the drift from `state.time`: driven components get the velocities that lead where they belong.
+    pub fn steer(&self, state: &mut State, balance: &Balance) {
+        let (t, dt) = (state.time, balance.dt);
+        for driver in &self.displacement {
+            let (u, v) = (&state.u[driver.component], &mut state.v[driver.component]);
+            driver.each(balance.body, t + dt, |_, s, value| {
+                v[s] = (value - u[s]) / dt
+            });
+        }
+        for driver in &self.velocity {
+            driver.impose(balance.body, t + 0.5 * dt, &mut state.v[driver.component]);
+        }
+        self.impose_mirrored_velocities(balance.body, t, t + dt, state);
     }
 
     /// After the drift to `state.time`: puts driven components where they belong; their velocities become
     /// those that lead there. Returns the largest motion of a driven component in this step [m].
     pub fn after_drift(&mut self, state: &mut State, balance: &Balance) -> f64 {
         let (time, dt) = (state.time, balance.dt);
-        let mut before = self.before.iter();
+        let mut before = self.before.iter().copied();
         let mut largest = 0.0_f64;
         for driver in &self.displacement {
-            let (u, v) = (
-                &mut state.u[driver.component],
-                &mut state.v[driver.component],
-            );
-            driver.each(balance.body, time, |s, value| {
-                let old = *before.next().unwrap_or(&value);
-                u[s] = value;
-                v[s] = (value - old) / dt;
-                largest = largest.max((value - old).abs());
-            });
+            largest = largest.max(driver.place(state, balance, &mut before));
         }
         for driver in &self.velocity {
             let (u, v) = (
@@ -335,13 +426,16 @@ impl Conditions {
                 &mut state.v[driver.component],
             );
             // The velocity in the middle of the step integrates to second order.
-            driver.each(balance.body, time - 0.5 * dt, |s, value| {
-                u[s] = before.next().unwrap_or(&u[s]) + dt * value;
+            driver.each(balance.body, time - 0.5 * dt, |_, s, value| {
+                u[s] = before.next().unwrap_or(u[s]) + dt * value;
                 v[s] = value;
                 largest = largest.max((dt * value).abs());
             });
         }
-        self.impose_fields(balance.body, state);
+        for driver in &self.mirrored {
+            largest = largest.max(driver.place(state, balance, &mut before));
+        }
+        self.impose_fields(balance.body, time, &mut state.slots);
         self.account(state, balance);
         largest
     }
@@ -350,7 +444,7 @@ impl Conditions {
     pub fn after_kick(&mut self, state: &mut State, balance: &Balance) {
         self.impose_velocities(balance.body, state, balance.dt);
         let mut work = 0.0;
-        for driver in self.displacement.iter().chain(&self.velocity) {
+        for driver in self.motion() {
             let v = &state.v[driver.component];
             for &s in &driver.slots {
                 work += 0.5 * balance.density * balance.volume[s as usize] * v[s as usize].powi(2);
@@ -364,7 +458,7 @@ impl Conditions {
     /// velocity of the middle both times.
     pub fn account(&mut self, state: &State, balance: &Balance) {
         let mut work = 0.5 * self.loads.work(&state.v, balance.volume, balance.dt);
-        for driver in self.displacement.iter().chain(&self.velocity) {
+        for driver in self.motion() {
             let d = driver.component;
             for &s in &driver.slots {
                 let s = s as usize;
@@ -379,30 +473,40 @@ impl Conditions {
 
     /// Calls `act` with every slot whose motion is imposed, in any component.
     pub fn driven(&self, mut act: impl FnMut(usize)) {
-        for driver in self.displacement.iter().chain(&self.velocity) {
+        for driver in self.motion() {
             driver.slots.iter().for_each(|&s| act(s as usize));
         }
     }
 
-    fn impose_fields(&self, body: &Body, state: &mut State) {
+    /// Imposes fields at time `t`.
+    pub fn impose_fields(&self, body: &Body, t: f64, slots: &mut [Vec<f64>]) {
         for driver in &self.field {
-            let slot = &mut state.slots[driver.component];
-            driver.each(body, state.time, |s, v| slot[s] = v);
+            driver.impose(body, t, &mut slots[driver.component]);
         }
     }
 
     /// Velocities of driven components at `state.time`; those of prescribed displacements are central differences.
     pub fn impose_velocities(&self, body: &Body, state: &mut State, dt: f64) {
+        let t = state.time;
         for driver in self.displacement.iter().filter(|_| dt > 0.0) {
             let v = &mut state.v[driver.component];
-            driver.each(body, state.time + 0.5 * dt, |s, value| v[s] = value);
-            driver.each(body, state.time - 0.5 * dt, |s, value| {
-                v[s] = (v[s] - value) / dt
-            });
+            driver.each(body, t + 0.5 * dt, |_, s, value| v[s] = value);
+            driver.each(body, t - 0.5 * dt, |_, s, value| v[s] = (v[s] - value) / dt);
         }
         for driver in &self.velocity {
+            driver.impose(body, t, &mut state.v[driver.component]);
+        }
+        self.impose_mirrored_velocities(body, t - 0.5 * dt, t + 0.5 * dt, state);
+    }
+
+    /// Velocities that follow mirror images, the expression changing as it does from one time to another.
+    fn impose_mirrored_velocities(&self, body: &Body, from: f64, to: f64, state: &mut State) {
+        for driver in self.mirrored.iter().filter(|_| to > from) {
             let v = &mut state.v[driver.component];
-            driver.each(body, state.time, |s, value| v[s] = value);
+            driver.each(body, to, |_, s, value| v[s] = value);
+            driver.each(body, from, |k, s, value| {
+                v[s] = driver.continued(k, (v[s] - value) / (to - from), v);
+            });
         }
     }
 }
@@ -449,29 +553,132 @@ fn drivers(condition: &Condition, body: &Body, engine: &Engine) -> Result<Vec<Dr
             "give one value per direction of the body; leave a component free by name",
         ));
     }
+    let images = match &condition.mirror {
+        Some(mirror) => Some(images(mirror, condition, &nodes, body)?),
+        None => None,
+    };
     let parts = components.into_iter().zip(&condition.value);
     parts
         .filter_map(|(c, e)| {
             e.as_ref()
-                .map(|e| driver(c, e, &nodes, body, engine.slots()))
+                .map(|e| driver(c, e, &nodes, images.as_ref(), body, engine.slots()))
         })
         .collect()
+}
+
+/// The nodes' images, by user number, and where the expression is evaluated for each.
+struct Reflected {
+    nodes: Vec<u32>,
+    places: Vec<[f64; 3]>,
+    parity: Parity,
+}
+
+fn images(
+    mirror: &Mirror,
+    condition: &Condition,
+    nodes: &[u32],
+    body: &Body,
+) -> Result<Reflected, InputError> {
+    let length = mirror.normal.iter().map(|n| n * n).sum::<f64>().sqrt();
+    if !(length > 0.0 && length.is_finite()) {
+        return Err(InputError::new(
+            "the normal of a mirror has no direction",
+            "give the direction across the mirror, such as [1, 0, 0]",
+        ));
+    }
+    if !matches!(
+        condition.quantity,
+        Quantity::Displacement | Quantity::Field(_)
+    ) {
+        return Err(InputError::new(
+            format!("a mirror continues a {}", name(&condition.quantity)),
+            "a mirror goes with displacements and fields; velocities follow",
+        ));
+    }
+    let n = mirror.normal.map(|n| n / length);
+    let near = Near::of(body);
+    let mut found = Reflected {
+        nodes: Vec::with_capacity(nodes.len()),
+        places: Vec::with_capacity(nodes.len()),
+        parity: mirror.parity,
+    };
+    for &node in nodes {
+        let x = body.x[node as usize];
+        let along: f64 = (0..3).map(|d| (x[d] - mirror.point[d]) * n[d]).sum();
+        let moved = |by: f64| [0, 1, 2].map(|d| x[d] - by * along * n[d]);
+        let image = near.at(moved(2.0), body).filter(|i| {
+            *i != node
+                && !condition
+                    .region
+                    .contains(body.x[*i as usize], tolerance(body.spacing))
+        });
+        let Some(image) = image else {
+            let y = moved(2.0);
+            return Err(InputError::new(
+                format!(
+                    "node {node} at ({:e}, {:e}, {:e}) m has no mirror image: there is no node of the body outside \
+                     of the region at ({:e}, {:e}, {:e}) m",
+                    x[0], x[1], x[2], y[0], y[1], y[2]
+                ),
+                "put the mirror half way between two rows of nodes or on one, and the region on one side of it only",
+            ));
+        };
+        found.nodes.push(image);
+        found.places.push(match mirror.parity {
+            Parity::Odd => moved(1.0),
+            Parity::Even => x,
+        });
+    }
+    Ok(found)
+}
+
+/// Finds the node at a position.
+struct Near(std::collections::HashMap<[i64; 3], Vec<u32>>);
+
+impl Near {
+    fn of(body: &Body) -> Near {
+        let mut cells: std::collections::HashMap<_, Vec<u32>> = std::collections::HashMap::new();
+        for (node, x) in body.x.iter().enumerate() {
+            cells.entry(cell(*x, body)).or_default().push(node as u32);
+        }
+        Near(cells)
+    }
+
+    /// The node within a thousandth of the spacing.
+    fn at(&self, x: [f64; 3], body: &Body) -> Option<u32> {
+        let c = cell(x, body);
+        let around = (0..27).map(|k| [c[0] + k % 3 - 1, c[1] + k / 3 % 3 - 1, c[2] + k / 9 - 1]);
+        let close = |n: &u32| {
+            let y = body.x[*n as usize];
+            (0..3).map(|d| (x[d] - y[d]).powi(2)).sum::<f64>() <= (1e-3 * body.spacing).powi(2)
+        };
+        around
+            .filter_map(|c| self.0.get(&c))
+            .flatten()
+            .copied()
+            .find(close)
+    }
+}
+
+fn cell(x: [f64; 3], body: &Body) -> [i64; 3] {
+    x.map(|c| (c / body.spacing).floor() as i64)
 }
 
 fn driver(
     component: usize,
     e: &Expression,
     nodes: &[u32],
+    images: Option<&Reflected>,
     body: &Body,
     slots: &[u32],
 ) -> Result<Driver, InputError> {
     let function = e.function()?;
-    let values: Vec<f64> = nodes
-        .iter()
-        .map(|&n| at(&function, body.x[n as usize], 0.0))
+    let place = |k: usize| images.map_or(body.x[nodes[k] as usize], |i| i.places[k]);
+    let values: Vec<f64> = (0..nodes.len())
+        .map(|k| at(&function, place(k), 0.0))
         .collect();
     if let Some(k) = values.iter().position(|v| !v.is_finite()) {
-        let x = body.x[nodes[k] as usize];
+        let x = place(k);
         return Err(InputError::new(
             format!(
                 "`{}` is {} at node {} ({:e}, {:e}, {:e}) m, t = 0",
@@ -485,12 +692,17 @@ fn driver(
         (true, false) => Value::Uniform(function),
         (true, true) => Value::Moving(function),
     };
-    let slots = nodes.iter().map(|&n| slots[n as usize]).collect();
+    let of = |nodes: &[u32]| nodes.iter().map(|&n| slots[n as usize]).collect();
     Ok(Driver {
         nodes: nodes.to_vec(),
-        slots,
+        slots: of(nodes),
         component,
         value,
+        mirror: images.map(|images| Images {
+            slots: of(&images.nodes),
+            places: images.places.clone(),
+            parity: images.parity,
+        }),
     })
 }
 

@@ -9,6 +9,7 @@ mod constants;
 mod error;
 mod geometry;
 mod memory;
+mod needs;
 mod program;
 mod redo;
 mod run;
@@ -21,8 +22,10 @@ pub use crate::law::Law;
 pub use crate::state::{FamilyState, State};
 pub use error::SetupError;
 pub use memory::Report;
+pub use needs::Need;
 
 use crate::lane::Record;
+use crate::language::Exponents;
 use crate::layout::{Family, Layout};
 use crate::spec::{InfluenceFn, SlotKind, Spec, Stage};
 use geometry::Geometry;
@@ -83,6 +86,7 @@ pub struct Engine {
     layout: Layout,
     families: Vec<Family>,
     programs: Vec<Program>,
+    needs: needs::Needs,
     geometry: Vec<Geometry>,
     streams: Vec<Vec<f64>>,
     /// Positions and displacements of a cloud.
@@ -180,6 +184,11 @@ impl Engine {
 
     /// Evaluates the force density and the rates of fields. Returns the directed bonds that broke now.
     pub fn forces(&mut self, s: &mut State, breaking: Breaking) -> usize {
+        self.evaluate(s, breaking, Need::All)
+    }
+
+    /// As [`Engine::forces`], for a part of it.
+    pub fn evaluate(&mut self, s: &mut State, breaking: Breaking, need: Need) -> usize {
         assert!(self.fits_quickly(s), "the state belongs to another engine");
         self.refresh_state(s);
         self.pack(s);
@@ -187,7 +196,7 @@ impl Engine {
         let killer = self.killer();
         let mut broken = 0;
         for k in 0..self.programs.len() {
-            if self.programs[k].stage != Stage::Step {
+            if self.programs[k].stage != Stage::Step || !self.needs.includes(k, need) {
                 continue;
             }
             if breaking == Breaking::Armed && Some(k) == killer {
@@ -226,6 +235,23 @@ impl Engine {
         }
         let h = self.spec.histories.iter().find(|h| h.name == name)?;
         h.slot.map(|s| position(&s.0).into_iter().collect())
+    }
+
+    /// Name, unit and position in [`State::slots`] of every field component; numbered where a field has several.
+    pub fn field_components(&self) -> Vec<(String, Exponents, usize)> {
+        let mut found = Vec::new();
+        for field in &self.spec.fields {
+            let slots = self.state_slots(&field.name).unwrap_or_default();
+            let many = slots.len() > 1;
+            for (k, slot) in slots.into_iter().enumerate() {
+                let name = match many {
+                    true => format!("{}_{k}", field.name),
+                    false => field.name.clone(),
+                };
+                found.push((name, field.exponents, slot));
+            }
+        }
+        found
     }
 
     /// Strain energy density [J/m^3] per slot; call after `forces` at the same state. Empty for a law without energy.

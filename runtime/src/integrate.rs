@@ -1,4 +1,4 @@
-//! Velocity Verlet for the motion, Euler for fields: passes over the arrays of the layout.
+//! Velocity Verlet for the motion: passes over the arrays of the layout.
 //!
 //! A step is `v += dt/2 a; u += dt v; forces; v += dt/2 a`, as in LAMMPS and CabanaPD. Every pass treats each number
 //! on its own, so the bits do not depend on the threads.

@@ -24,6 +24,7 @@ pub mod dimension {
     pub const VELOCITY: Exponents = [2, 0, -2, 0, 0, 0, 0];
     pub const DENSITY: Exponents = [-6, 2, 0, 0, 0, 0, 0];
     pub const FORCE_DENSITY: Exponents = [-4, 2, -4, 0, 0, 0, 0];
+    pub const POWER_DENSITY: Exponents = [-2, 2, -6, 0, 0, 0, 0];
     /// Force density per square of the penetration, N m^-5.
     pub const CONTACT_STIFFNESS: Exponents = [-8, 2, -4, 0, 0, 0, 0];
 }

@@ -14,6 +14,7 @@ pub mod law;
 mod layout;
 pub mod observe;
 pub mod points;
+pub mod relax;
 pub mod run;
 pub mod scene;
 pub mod shape;

@@ -2,11 +2,15 @@
 //!
 //! Between two steps the nodes have moved and the forces wait: that is where checkpoints are taken. A step is
 //! *accepted* when its forces are known and its velocities complete; then rows, fields and pictures are written.
+//!
+//! Where a law moves and has fields, a step is the symmetric product `kick/2, drift/2, fields, drift/2, kick/2`: the
+//! fields see positions and velocities of the middle of the step, the force sees fields of its end. Every part is of
+//! second order, and so is the whole.
 
 use crate::conditions::Balance;
 use crate::contact::Target;
-use crate::engine::Breaking;
-use crate::integrate::{add_scaled, drift, kick, kick_and_drift};
+use crate::engine::{Breaking, Need};
+use crate::integrate::{drift, kick, kick_and_drift};
 use crate::observe::{Observer, Summary};
 use crate::simulate::{REMEASURE, Simulation, StepRule, Stopped};
 use std::sync::atomic::Ordering;
@@ -85,7 +89,7 @@ impl Simulation {
             if self.state.step >= self.steps {
                 return doubt.map_or(Ok(()), |why| Err(self.stopped(Some(self.fastest()), why)));
             }
-            self.remeasure();
+            self.remeasure(observer)?;
             self.advance(observer)?;
             if let Some(why) = doubt {
                 return Err(self.unstable(observer, why));
@@ -100,14 +104,19 @@ impl Simulation {
     /// Evaluates forces at the present positions and completes the velocities.
     fn accept(&mut self, observer: &mut dyn Observer) -> Result<(), Stopped> {
         let began = Instant::now();
-        self.broken += self.engine.forces(&mut self.state, Breaking::Armed) as u64;
+        let need = if self.is_coupled() {
+            Need::Motion
+        } else {
+            Need::All
+        };
+        self.broken += self.engine.evaluate(&mut self.state, Breaking::Armed, need) as u64;
         self.evaluations += 1;
         self.timings.forces += lap(began);
         let first = self.state.step == 0;
         self.press(first);
         let began = Instant::now();
         self.conditions.load(&self.body, self.state.time);
-        if !first {
+        if !first && !self.spec.force.is_empty() {
             self.complete();
         }
         self.timings.integration += lap(began);
@@ -139,8 +148,52 @@ impl Simulation {
         self.conditions.after_kick(&mut self.state, &balance);
     }
 
-    /// First half of the kick, drift, imposed motion, contact by relocation.
+    /// The step from one accepted state to where the next is evaluated.
     fn advance(&mut self, observer: &mut dyn Observer) -> Result<(), Stopped> {
+        let moved = match self.spec.force.is_empty() {
+            false => self.travel(),
+            true => self.flow(),
+        };
+        match moved {
+            Some(moved) if moved <= self.horizon => Ok(()),
+            _ => {
+                let why = self.motion_fault();
+                Err(self.unstable(observer, why))
+            }
+        }
+    }
+
+    /// The fields of a law without motion. `None` when a value is not finite.
+    fn flow(&mut self) -> Option<f64> {
+        // What a commit or a breaking bond changes was not yet so when the rates were evaluated.
+        let fresh = self.spec.histories.is_empty() && !self.spec.breaks;
+        let sound = self.relax(fresh);
+        self.state.step += 1;
+        self.state.time = self.clock.time(self.state.step);
+        let (time, slots) = (self.state.time, &mut self.state.slots);
+        self.conditions.impose_fields(&self.body, time, slots);
+        sound.then_some(0.0)
+    }
+
+    /// The fields over a step from `state.time`. `evaluated`: the engine has their rates.
+    fn relax(&mut self, evaluated: bool) -> bool {
+        let began = Instant::now();
+        let act = (&self.conditions, &self.body);
+        let sound = self.relaxation.step(
+            &mut self.engine,
+            &mut self.state,
+            act,
+            self.dt,
+            self.stages,
+            evaluated,
+        );
+        self.timings.fields += lap(began);
+        sound
+    }
+
+    /// First half of the kick, drift with the fields in its middle, imposed motion, contact by relocation. Returns
+    /// the largest motion [m], `None` when a field is not finite.
+    fn travel(&mut self) -> Option<f64> {
         let began = Instant::now();
         let factor = 0.5 * self.dt / self.density;
         let balance = balance(
@@ -153,8 +206,15 @@ impl Simulation {
         self.conditions.before_drift(&self.state, &balance);
         self.conditions.loads.kick(&mut self.state.v, factor);
         balance.contact.kick(&mut self.state.v, factor);
-        let moved = if balance.force.is_empty() {
-            drift(&mut self.state.u, &self.state.v, self.dt)
+        let mut sound = true;
+        let moved = if self.is_coupled() {
+            kick(&mut self.state.v, balance.force, factor);
+            self.conditions.steer(&mut self.state, &balance);
+            let one = drift(&mut self.state.u, &self.state.v, 0.5 * self.dt);
+            let before = self.timings.fields;
+            sound = self.relax(false);
+            self.timings.integration -= self.timings.fields - before;
+            one + drift(&mut self.state.u, &self.state.v, 0.5 * self.dt)
         } else {
             kick_and_drift(
                 &mut self.state.u,
@@ -164,9 +224,15 @@ impl Simulation {
                 self.dt,
             )
         };
-        let sound = diffuse(&self.engine, &mut self.state, self.dt);
         self.state.step += 1;
         self.state.time = self.clock.time(self.state.step);
+        let balance = crate::run::balance(
+            &self.body,
+            &self.engine,
+            &self.contact.loads,
+            self.density,
+            self.dt,
+        );
         let imposed = self.conditions.after_drift(&mut self.state, &balance);
         self.timings.integration += lap(began);
         let began = Instant::now();
@@ -174,32 +240,35 @@ impl Simulation {
         self.contact
             .after_drift(&mut self.state, &target, moved.max(imposed));
         self.timings.contact += lap(began);
-        if moved <= self.horizon && imposed <= self.horizon && sound {
-            return Ok(());
-        }
-        let why = self.motion_fault();
-        Err(self.unstable(observer, why))
+        let largest = if moved <= imposed { imposed } else { moved };
+        sound.then_some(largest)
     }
 
-    /// For laws that may stiffen when bonds break: a new step after a share of the bonds has gone.
-    fn remeasure(&mut self) {
-        let StepRule::Stable { safety } = self.rule else {
-            return;
+    /// For laws that may stiffen when bonds break: a new step, or other stages of the fields, after a share of the
+    /// bonds has gone.
+    fn remeasure(&mut self, observer: &mut dyn Observer) -> Result<(), Stopped> {
+        let safety = match self.rule {
+            StepRule::Stable { safety } => safety,
+            StepRule::Fixed(_) if self.spec.rates.is_empty() => return Ok(()),
+            StepRule::Fixed(_) => 1.0,
         };
         let enough = REMEASURE * self.bonds as f64;
         if !self.spec.breaks
-            || self.spec.pairwise
+            || (self.spec.pairwise && self.spec.rates.is_empty())
             || ((self.broken - self.broken_at_measure) as f64) < enough
         {
-            return;
+            return Ok(());
         }
         self.broken_at_measure = self.broken;
         let stable = self.measure(safety);
-        if stable.dt < self.dt {
+        let rate = stable.rate;
+        if self.stable.is_some() && stable.dt < self.dt {
             self.set_step(self.fitted(stable.dt));
             self.stable = Some(stable);
             self.steps = self.last_step();
         }
+        self.set_stages(rate)
+            .map_err(|why| self.unstable(observer, why.to_string()))
     }
 
     /// Rows, fields and pictures that are due at the accepted step.
@@ -255,7 +324,7 @@ impl Simulation {
         if self.state.step == 0 {
             self.initial_energy = energy;
         }
-        if self.spec.energy.is_some() {
+        if self.spec.energy.is_some() && self.spec.rates.is_empty() {
             row.lost = self.initial_energy + row.work_conditions + row.work_contact - energy;
         }
         let put_in = [row.work_conditions, row.work_contact, self.contact.drive()];
@@ -364,16 +433,6 @@ impl Simulation {
             checkpoint: self.last_checkpoint.clone(),
         }
     }
-}
-
-/// Euler's step for the fields of the law; false when a rate is not finite.
-fn diffuse(engine: &crate::engine::Engine, state: &mut crate::engine::State, dt: f64) -> bool {
-    let mut sound = true;
-    for (slot, rate) in engine.rates() {
-        sound &= rate.iter().all(|r| r.is_finite());
-        add_scaled(&mut state.slots[slot], rate, dt);
-    }
-    sound
 }
 
 fn target<'a>(

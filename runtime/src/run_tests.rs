@@ -1,6 +1,6 @@
 use crate::body::Flavour;
 use crate::carve::{Anchor, Carve, carve};
-use crate::conditions::{Condition, Expression, Quantity};
+use crate::conditions::{Condition, Expression, Mirror, Parity, Quantity};
 use crate::contact::{ContactLaw, Indenter};
 use crate::engine::{Law, Settings, Traversal};
 use crate::observe::{Files, Observer, Outputs, Picture, Row, Schedule, View};
@@ -60,6 +60,7 @@ fn set(region: Shape, quantity: Quantity, value: Vec<Option<Expression>>) -> Con
         region,
         quantity,
         value,
+        mirror: None,
     }
 }
 
@@ -506,16 +507,150 @@ fn a_field_relaxes_at_the_rate_of_its_matrix() {
     setup.step = StepRule::default();
     setup.end = End::Steps(10);
     setup.outputs.quantities = vec!["T".into()];
-    let mut sim = Simulation::new(setup).unwrap();
-    let rate = sim.stable.as_ref().unwrap().rate;
-    assert!((rate - 2.0).abs() < 0.01, "{rate}");
-    sim.run(&mut ()).unwrap();
-    let t = crate::observe::quantity(&mut sim, "T").unwrap().scalar();
-    let expected = (1.0 - 2.0 * sim.dt).powi(10);
+    let sim = Simulation::new(again(&setup)).unwrap();
+    let stable = sim.stable.as_ref().unwrap();
+    assert!((stable.rate - 2.0).abs() < 0.01, "{}", stable.rate);
+    assert_eq!(sim.stages, crate::relax::USUAL);
+    assert!((sim.dt - 0.8 * 14.0 / stable.rate).abs() < 1e-12);
+    // Of second order, and the total stays.
+    setup.end = End::Time(1.0);
+    let error = |dt: f64| {
+        let mut setup = again(&setup);
+        setup.step = StepRule::Fixed(dt);
+        let mut sim = Simulation::new(setup).unwrap();
+        let summary = sim.run(&mut ()).unwrap();
+        let t = crate::observe::quantity(&mut sim, "T").unwrap().scalar();
+        assert!((t[0] + t[1] - 1.0).abs() < 1e-14, "{t:?}");
+        let row = &summary.last.fields[0];
+        assert_eq!((row.min, row.max, row.total), (t[0], t[1], t[0] + t[1]));
+        assert_eq!(row.mean, 0.5 * row.total);
+        (t[1] - t[0] - (-2.0_f64).exp()).abs()
+    };
+    let (coarse, fine) = (error(0.1), error(0.05));
     assert!(
-        (t[0] + t[1] - 1.0).abs() < 1e-12 && (t[1] - t[0] - expected).abs() < 1e-10,
-        "{t:?}"
+        coarse < 3e-3 && (coarse / fine - 4.0).abs() < 0.6,
+        "{coarse:e} {fine:e}"
     );
+    // A step far beyond the usual limit takes more stages; one beyond all measure is refused.
+    assert!(error(1.0) < 0.4);
+    setup.step = StepRule::Fixed(1e5);
+    let fault = Simulation::new(setup).err().unwrap().to_string();
+    assert!(fault.contains("too long for the fields"), "{fault}");
+}
+
+/// The same heat problem once more.
+fn again(setup: &Setup) -> Setup {
+    Setup {
+        title: setup.title.clone(),
+        body: setup.body.clone(),
+        law: setup.law.clone(),
+        settings: setup.settings.clone(),
+        initial: setup.initial.clone(),
+        conditions: setup.conditions.clone(),
+        cracks: setup.cracks.clone(),
+        no_fail: setup.no_fail.clone(),
+        indenters: setup.indenters.clone(),
+        outputs: setup.outputs.clone(),
+        ..*setup
+    }
+}
+
+#[test]
+fn mirrors_hold_a_surface_or_close_it() {
+    // Six nodes; the first two are the images of the next two across x = 2.
+    let mut setup = block([6.0, 1.0, 1.0], Flavour::Bar, 1.0);
+    setup.law = Law::interpreted(law::heat(1));
+    setup.settings.params = vec![1.0];
+    setup.settings.horizon = 2.5;
+    let outside = Shape::Box {
+        from: [0.0, -1.0, -1.0],
+        to: [2.0, 1.0, 1.0],
+    };
+    let temperature = || Quantity::Field("T".into());
+    setup.initial = vec![set(Shape::All, temperature(), vec![sine(0, 0.4, 3.0)])];
+    let mirrored = |parity, value: Vec<Option<Expression>>| Condition {
+        mirror: Some(Mirror {
+            point: [2.0, 0.0, 0.0],
+            normal: [-2.0, 0.0, 0.0],
+            parity,
+        }),
+        ..set(outside.clone(), temperature(), value)
+    };
+    let finished = |condition: Condition| {
+        let mut setup = again(&setup);
+        setup.conditions = vec![condition];
+        let mut sim = Simulation::new(setup).unwrap();
+        sim.run(&mut ()).unwrap();
+        let t = crate::observe::quantity(&mut sim, "T").unwrap().scalar();
+        (sim.state.time, t)
+    };
+    let (time, t) = finished(mirrored(Parity::Odd, vec![sine(3, 0.1, 5.0)]));
+    let held = 5.0 * (0.1 * time).sin();
+    assert_eq!((t[1], t[0]), (2.0 * held - t[2], 2.0 * held - t[3]));
+    let (_, t) = finished(mirrored(Parity::Even, numbers(&[0.0])));
+    assert_eq!((t[1], t[0]), (t[2], t[3]));
+    // The inner nodes are half of a symmetric body, which keeps its heat.
+    let start = |k: usize| 3.0 * (0.4 * (k as f64 + 0.5)).sin();
+    let before: f64 = (2..6).map(start).sum();
+    let whole = t[2..].iter().sum::<f64>();
+    assert!((before - whole).abs() < 1e-12, "{before} {whole}");
+    let fault = |condition: Condition| {
+        let mut setup = again(&setup);
+        setup.conditions = vec![condition];
+        Simulation::new(setup).err().unwrap().to_string()
+    };
+    let mut far = mirrored(Parity::Odd, numbers(&[0.0]));
+    far.mirror.as_mut().unwrap().point[0] = 2.3;
+    assert!(fault(far).contains("has no mirror image"));
+    let mut wide = mirrored(Parity::Odd, numbers(&[0.0]));
+    wide.region = Shape::All;
+    assert!(fault(wide).contains("outside of the region"));
+    let mut flat = mirrored(Parity::Odd, numbers(&[0.0]));
+    flat.mirror.as_mut().unwrap().normal = [0.0; 3];
+    assert!(fault(flat).contains("has no direction"));
+}
+
+#[test]
+fn motion_means_nothing_to_a_law_without_force() {
+    let mut setup = block([3.0, 1.0, 1.0], Flavour::Bar, 1.0);
+    setup.law = Law::interpreted(law::heat(1));
+    setup.settings.params = vec![1.0];
+    setup.density = 0.0;
+    let mut moving = again(&setup);
+    moving.conditions = vec![set(Shape::All, Quantity::Velocity, numbers(&[1.0]))];
+    let fault = Simulation::new(moving).err().unwrap().to_string();
+    assert!(fault.contains("has no force"), "{fault}");
+    setup.outputs.quantities = vec!["velocity".into()];
+    let fault = Simulation::new(setup).err().unwrap().to_string();
+    assert!(fault.contains("choose from position"), "{fault}");
+}
+
+#[test]
+fn a_field_goes_on_from_a_checkpoint_to_the_same_bits() {
+    let dir = scratch("resume-field");
+    let mut setup = block([9.0, 1.0, 1.0], Flavour::Bar, 1.0);
+    setup.law = Law::interpreted(law::heat(1));
+    setup.settings.params = vec![1.0];
+    let temperature = Quantity::Field("T".into());
+    setup.initial = vec![set(Shape::All, temperature, vec![sine(0, 0.4, 3.0)])];
+    setup.outputs.checkpoints = Schedule::Steps(4);
+    setup.step = StepRule::Fixed(1.7);
+    let mut whole = Simulation::new(again(&setup)).unwrap();
+    whole.run(&mut Files::new(&dir)).unwrap();
+    let mut rest = Simulation::new(setup).unwrap();
+    rest.resume(&dir.join("checkpoints/step-000000004.ckpt"))
+        .unwrap();
+    rest.run(&mut Files::new(&dir)).unwrap();
+    assert!(whole.stages > 2);
+    assert_eq!(whole.state, rest.state);
+    let history = std::fs::read_to_string(dir.join("history.csv")).unwrap();
+    let header = history.lines().next().unwrap();
+    assert!(
+        header.ends_with(",T_min,T_mean,T_max,T_total_m3"),
+        "{header}"
+    );
+    assert_eq!(history.lines().count(), 12);
+    std::fs::remove_dir_all(dir).unwrap();
 }
 
 #[test]

@@ -2,11 +2,12 @@
 
 use crate::body::Body;
 use crate::checkpoint::{self, Clock, Fingerprint, Identity, Snapshot};
-use crate::conditions::{Condition, Conditions, nodes_in, set_initial};
+use crate::conditions::{Condition, Conditions, Quantity, nodes_in, set_initial};
 use crate::contact::{Contact, Indenter};
 use crate::engine::{Breaking, Engine, Law, Settings, State};
 use crate::error::InputError;
 use crate::observe::{Outputs, Row, Timings};
+use crate::relax::{self, Relaxation};
 use crate::run::Watch;
 use crate::shape::{Shape, Surface, tolerance};
 use crate::spec::Spec;
@@ -22,7 +23,7 @@ pub struct Setup {
     pub body: Body,
     pub law: Law,
     pub settings: Settings,
-    /// Mass density [kg/m^3].
+    /// Mass density [kg/m^3]; a law without a force has no use for it.
     pub density: f64,
     pub initial: Vec<Condition>,
     pub conditions: Vec<Condition>,
@@ -38,7 +39,7 @@ pub struct Setup {
 /// How the time step is chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum StepRule {
-    /// `safety * 2 / omega_max` of the actual body, cracks cut and initial values set.
+    /// `safety` times the limit of the actual body, cracks cut and initial values set: [`stable_step`].
     ///
     /// Broken bonds of a law whose forces are not pairwise may stiffen what is left, so for such a law the step is
     /// found again whenever another [`REMEASURE`] of all bonds has broken; it may shrink, never grow.
@@ -80,6 +81,8 @@ pub struct Simulation {
     pub dt: f64,
     /// How `dt` was found; `None` when the user gave it.
     pub stable: Option<StableStep>,
+    /// Stages of the fields in a step; 0 without fields.
+    pub stages: u32,
     pub rule: StepRule,
     pub end: End,
     /// Number of the last step.
@@ -93,6 +96,7 @@ pub struct Simulation {
     pub(crate) conditions: Conditions,
     pub(crate) contact: Contact,
     pub(crate) clock: Clock,
+    pub(crate) relaxation: Relaxation,
     /// Directed bonds of the reference families, and those broken since the start.
     pub(crate) bonds: u64,
     pub(crate) broken: u64,
@@ -174,6 +178,7 @@ impl Simulation {
             layout: layout(&engine),
         };
         let bonds = engine.report().bonds as u64;
+        let relaxation = Relaxation::new(&engine);
         let mut simulation = Simulation {
             title: setup.title,
             body: setup.body,
@@ -185,6 +190,7 @@ impl Simulation {
             indenters: setup.indenters,
             dt: 0.0,
             stable: None,
+            stages: 0,
             rule: setup.step,
             end: setup.end,
             steps: 0,
@@ -195,6 +201,7 @@ impl Simulation {
             conditions,
             contact,
             clock: Clock::default(),
+            relaxation,
             bonds,
             broken: 0,
             broken_at_measure: 0,
@@ -220,6 +227,7 @@ impl Simulation {
             ));
         }
         self.clock = saved.clock;
+        self.stages = saved.stages;
         self.state = saved.state;
         self.broken = saved.broken;
         self.broken_at_measure = saved.broken_at_measure;
@@ -228,7 +236,12 @@ impl Simulation {
         self.contact.restore(&saved.reactions);
         self.last_checkpoint = Some(path.to_path_buf());
         match self.rule {
-            StepRule::Fixed(dt) if dt != saved.clock.dt => self.set_step(dt),
+            StepRule::Fixed(dt) if dt != saved.clock.dt => {
+                self.set_step(dt);
+                self.engine.forces(&mut self.state, Breaking::Held);
+                let rate = self.measure(1.0).rate;
+                self.set_stages(rate)?;
+            }
             StepRule::Fixed(_) => self.dt = saved.clock.dt,
             StepRule::Stable { .. } => (self.dt, self.stable) = (saved.clock.dt, saved.stable),
         }
@@ -247,6 +260,7 @@ impl Simulation {
             state: self.state.clone(),
             clock: self.clock,
             stable: self.stable.clone(),
+            stages: self.stages,
             broken: self.broken,
             broken_at_measure: self.broken_at_measure,
             initial_energy: self.initial_energy,
@@ -259,11 +273,19 @@ impl Simulation {
         if self.end == End::Steps(0) || self.end == End::Time(0.0) {
             return Ok(());
         }
+        let mut rate = 0.0;
         let dt = match self.rule {
-            StepRule::Fixed(dt) => dt,
+            StepRule::Fixed(dt) => {
+                if !self.spec.rates.is_empty() {
+                    self.engine.forces(&mut self.state, Breaking::Held);
+                    rate = self.measure(1.0).rate;
+                }
+                dt
+            }
             StepRule::Stable { safety } => {
                 self.engine.forces(&mut self.state, Breaking::Held);
                 let stable = self.measure(safety);
+                rate = stable.rate;
                 let dt = stable.dt;
                 self.stable = Some(stable);
                 dt
@@ -271,7 +293,7 @@ impl Simulation {
         };
         if !dt.is_finite() {
             return Err(InputError::new(
-                "the body has no stiffness, so that no step follows from it",
+                "nothing in the body moves or flows, so that no step follows from it",
                 "give the time step, or a horizon that reaches the neighbours",
             ));
         }
@@ -280,6 +302,7 @@ impl Simulation {
             StepRule::Fixed(_) => dt,
         };
         self.set_step(dt);
+        self.set_stages(rate)?;
         self.steps = self.last_step();
         Ok(())
     }
@@ -293,6 +316,30 @@ impl Simulation {
                 rest / (rest / dt - 1e-9).ceil().max(1.0)
             }
         }
+    }
+
+    /// Whether the law moves and has fields with rates.
+    pub(crate) fn is_coupled(&self) -> bool {
+        !self.spec.force.is_empty() && !self.spec.rates.is_empty()
+    }
+
+    /// Stages of the fields for the present step, from their fastest rate [1/s].
+    pub(crate) fn set_stages(&mut self, rate: f64) -> Result<(), InputError> {
+        if self.spec.rates.is_empty() {
+            return Ok(());
+        }
+        self.stages = relax::stages(self.dt, rate);
+        if self.stages <= relax::MOST {
+            return Ok(());
+        }
+        let most = 0.9 * relax::reach(relax::MOST) / rate;
+        Err(InputError::new(
+            format!(
+                "a time step of {:e} s is too long for the fields, whose fastest rate is {rate:.3e} 1/s",
+                self.dt
+            ),
+            format!("give a step of at most {most:.2e} s, or none: a stable one is then found"),
+        ))
     }
 
     /// The stable step of the present state, where forces have just been evaluated.
@@ -337,7 +384,8 @@ impl Simulation {
 
 fn check(setup: &Setup) -> Result<(), InputError> {
     let positive = |v: f64| v > 0.0 && v.is_finite();
-    if !positive(setup.density) {
+    let moves = !setup.law.spec.force.is_empty();
+    if moves && !positive(setup.density) {
         return Err(InputError::new(
             format!("the density is {} kg/m^3", setup.density),
             "give a positive density",
@@ -366,8 +414,33 @@ fn check(setup: &Setup) -> Result<(), InputError> {
             "give an end that is not negative",
         ));
     }
+    if !moves {
+        still(setup)?;
+    }
     setup.cracks.iter().try_for_each(Surface::check)?;
     setup.indenters.iter().try_for_each(Indenter::check)
+}
+
+/// A law without a force moves nothing.
+fn still(setup: &Setup) -> Result<(), InputError> {
+    let law = &setup.law.spec.law;
+    let moving = |c: &&Condition| !matches!(c.quantity, Quantity::Field(_));
+    let what = if !setup.indenters.is_empty() {
+        "a sphere"
+    } else if setup
+        .initial
+        .iter()
+        .chain(&setup.conditions)
+        .any(|c| moving(&c))
+    {
+        "a condition on the motion"
+    } else {
+        return Ok(());
+    };
+    Err(InputError::new(
+        format!("the law `{law}` has no force, so that {what} means nothing"),
+        "leave it out, or choose a law that moves",
+    ))
 }
 
 fn no_fail(setup: &Setup) -> Result<Vec<bool>, InputError> {

@@ -2,17 +2,20 @@
 //!
 //! `M^-1 K` is never formed: Lanczos applies the tangent of the actual body, with its free surfaces and cracks. The
 //! start vector is fixed, so the step is the same in every run. Where the operator is not symmetric in the inner
-//! product of the masses, power iteration takes over.
+//! product of the masses, power iteration takes over. Where fields follow the motion at once and push back, as heat of
+//! deformation does, what they add to the stiffness counts.
 
-use crate::engine::{Breaking, Engine, State};
+use crate::engine::{Breaking, Engine, Need, State};
 use crate::integrate::total;
+use crate::relax;
 use crate::spec::Spec;
 use serde::{Deserialize, Serialize};
 
 /// A time step and where it comes from.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct StableStep {
-    /// Upper estimate of the largest angular frequency, contact included [rad/s]; 0 for a law without momentum.
+    /// Upper estimate of the largest angular frequency, fields and contact included [rad/s]; 0 for a law without
+    /// momentum.
     pub omega: f64,
     /// Upper estimate of the fastest rate of a field [1/s]; 0 without fields.
     pub rate: f64,
@@ -25,7 +28,8 @@ pub struct StableStep {
     pub safety: f64,
 }
 
-/// The step `safety * 2 / max(omega, rate)` of the body in its present state. Forces must have been evaluated there.
+/// The step of the body in its present state, where forces must have been evaluated: `safety * 2 / omega` where there
+/// is motion, to which the fields adapt their stages; for fields alone what [`relax::USUAL`] stages reach.
 pub fn stable_step(
     engine: &mut Engine,
     spec: &Spec,
@@ -45,17 +49,29 @@ pub fn stable_step(
         diffusion(engine, state)
     };
     let omega = (motion.value.max(0.0) + contact).sqrt();
-    let fastest = omega.max(fields.value);
+    let [moving, most] = [
+        (omega, 2.0),
+        (fields.value, relax::reach(relax::MOST_CHOSEN)),
+    ]
+    .map(|(fastest, reach)| {
+        if fastest > 0.0 {
+            reach / fastest
+        } else {
+            f64::INFINITY
+        }
+    });
+    let alone = relax::reach(relax::USUAL) / relax::reach(relax::MOST_CHOSEN) * most;
+    let limit = if spec.force.is_empty() {
+        alone
+    } else {
+        moving.min(most)
+    };
     StableStep {
         omega,
         rate: fields.value,
         contact,
         applications: motion.applications + fields.applications,
-        dt: if fastest > 0.0 {
-            safety * 2.0 / fastest
-        } else {
-            f64::INFINITY
-        },
+        dt: safety * limit,
         safety,
     }
 }
@@ -67,26 +83,103 @@ pub struct Estimate {
     pub applications: usize,
 }
 
-/// Largest eigenvalue of `M^-1 K` [rad^2/s^2].
+/// Largest eigenvalue of `M^-1 K` [rad^2/s^2], the stiffness through the fields included.
 fn stiffness(engine: &mut Engine, state: &State, density: f64) -> Estimate {
     let volume = engine.volume().to_vec();
+    let mut through = Through::new(engine, state);
     largest(state.u.len(), &volume, |x, y| {
         let df = engine.tangent(state, x);
         for (y, df) in y.iter_mut().zip(df) {
             y.iter_mut().zip(df).for_each(|(y, df)| *y = -df / density);
         }
+        if let Some(through) = &mut through {
+            through.add(engine, x, y, density);
+        }
     })
+}
+
+/// The force that a velocity makes through the rates of the fields.
+struct Through {
+    state: State,
+    still: Vec<(usize, Vec<f64>)>,
+    force: Field,
+}
+
+impl Through {
+    /// `None` where no rate follows a velocity.
+    fn new(engine: &mut Engine, state: &State) -> Option<Through> {
+        if engine.spec().rates.is_empty() {
+            return None;
+        }
+        let mut state = state.clone();
+        state.v.iter_mut().for_each(|v| v.fill(0.0));
+        engine.forces(&mut state, Breaking::Held);
+        let mut through = Through {
+            still: rates(engine),
+            force: engine.force().to_vec(),
+            state,
+        };
+        let weight = engine.volume().to_vec();
+        let x = noise(through.state.u.len(), &weight, 3);
+        let inside = |r: &Vec<f64>| r.iter().zip(&weight).any(|(r, v)| *v > 0.0 && *r != 0.0);
+        let follows = through.rates_of(engine, &x).iter().any(inside);
+        engine.forces(&mut through.state, Breaking::Held);
+        follows.then_some(through)
+    }
+
+    /// Change of the rates with the velocity `x`, per field component.
+    fn rates_of(&mut self, engine: &mut Engine, x: &Field) -> Field {
+        for (v, x) in self.state.v.iter_mut().zip(x) {
+            v.copy_from_slice(x);
+        }
+        engine.evaluate(&mut self.state, Breaking::Held, Need::Rates);
+        self.state.v.iter_mut().for_each(|v| v.fill(0.0));
+        let change = |((_, now), (_, still)): ((usize, &[f64]), &(usize, Vec<f64>))| {
+            now.iter().zip(still).map(|(a, b)| a - b).collect()
+        };
+        engine.rates().zip(&self.still).map(change).collect()
+    }
+
+    /// Adds to `y` minus the change of the acceleration as the fields go where `x` takes them. Leaves the engine as
+    /// [`Engine::tangent`] wants it.
+    fn add(&mut self, engine: &mut Engine, x: &Field, y: &mut Field, density: f64) {
+        let rates = self.rates_of(engine, x);
+        let real = |rate: &Vec<f64>| {
+            let inside = rate.iter().zip(engine.volume()).filter(|(_, v)| **v > 0.0);
+            inside.fold(0.0_f64, |m, (r, _)| m.max(r.abs()))
+        };
+        let size = rates.iter().map(real).fold(0.0, f64::max);
+        if size > 0.0 {
+            let slots: Vec<usize> = self.still.iter().map(|(slot, _)| *slot).collect();
+            // A change by one unit in the fastest place.
+            let mut moved = self.state.clone();
+            for (&slot, rate) in slots.iter().zip(&rates) {
+                let add = |(t, r): (&mut f64, &f64)| *t += r / size;
+                moved.slots[slot].iter_mut().zip(rate).for_each(add);
+            }
+            engine.evaluate(&mut moved, Breaking::Held, Need::Motion);
+            for ((y, f), f0) in y.iter_mut().zip(engine.force()).zip(&self.force) {
+                let change = f.iter().zip(f0).map(|(f, f0)| (f - f0) * size / density);
+                y.iter_mut().zip(change).for_each(|(y, df)| *y -= df);
+            }
+        }
+        engine.forces(&mut self.state, Breaking::Held);
+    }
+}
+
+fn rates(engine: &Engine) -> Vec<(usize, Vec<f64>)> {
+    engine.rates().map(|(s, r)| (s, r.to_vec())).collect()
 }
 
 /// Largest eigenvalue of minus the derivative of the rates along the fields [1/s], by differences of rates.
 fn diffusion(engine: &mut Engine, state: &State) -> Estimate {
     let volume = engine.volume().to_vec();
-    let rates = |engine: &mut Engine, state: &mut State| -> Vec<(usize, Vec<f64>)> {
-        engine.forces(state, Breaking::Held);
-        engine.rates().map(|(s, r)| (s, r.to_vec())).collect()
+    let evaluated = |engine: &mut Engine, state: &mut State| {
+        engine.evaluate(state, Breaking::Held, Need::Rates);
+        rates(engine)
     };
     let mut probe = state.clone();
-    let base = rates(engine, &mut probe);
+    let base = evaluated(engine, &mut probe);
     // A step of the size of the field keeps differences exact for linear laws and sensible for others.
     let size = base
         .iter()
@@ -101,7 +194,7 @@ fn diffusion(engine: &mut Engine, state: &State) -> Estimate {
                 .zip(x)
                 .for_each(|((p, t), x)| *p = t + h * x);
         }
-        let moved = rates(engine, &mut probe);
+        let moved = evaluated(engine, &mut probe);
         for ((y, (_, r1)), (_, r0)) in y.iter_mut().zip(&moved).zip(&base) {
             y.iter_mut()
                 .zip(r1)

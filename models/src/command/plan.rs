@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::{ArgMatches, Command};
-use pdlang_runtime::engine::Breaking;
+use pdlang_runtime::engine::{Breaking, Need};
 use pdlang_runtime::observe::left_out;
 use pdlang_runtime::simulate::Simulation;
 use serde_json::{Value, json};
@@ -35,23 +35,34 @@ pub fn execute(matches: &ArgMatches) -> Outcome {
     let mut simulation = scene.simulation().map_err(wrong)?;
     let mut plan = statement::of(&scene, &simulation);
     // On a thread of the pool, as a run is.
-    let per_step = rayon::scope(|_| seconds_per_force(&mut simulation));
+    let per_force = rayon::scope(|_| seconds(&mut simulation, Need::All));
+    // A step of the fields asks for their rates at every stage, the first of which the forces may have brought.
+    let stages = f64::from(simulation.stages);
+    let per_step = match simulation.stages {
+        0 => per_force,
+        _ => per_force + stages * rayon::scope(|_| seconds(&mut simulation, Need::Rates)),
+    };
     let report = simulation.engine.report();
-    let ns = per_step * 1e9 / report.bonds.max(1) as f64;
+    let ns = per_force * 1e9 / report.bonds.max(1) as f64;
     let evaluations = simulation.steps.saturating_sub(simulation.state.step) + 1;
     let total = per_step * evaluations as f64;
     plan.add(
         "speed",
         format!(
             "{ns:.2} ns per bond, {:.3} ms per force evaluation",
-            per_step * 1e3
+            per_force * 1e3
         ),
     );
     plan.add(
         "time",
         format!(
-            "about {} for {evaluations} force evaluations, without outputs",
-            duration(total)
+            "about {} for {evaluations} force evaluations{}, without outputs",
+            duration(total),
+            if simulation.stages > 0 {
+                " and the stages of the fields"
+            } else {
+                ""
+            }
         ),
     );
     let left_out = left_out(&simulation);
@@ -70,13 +81,14 @@ pub fn execute(matches: &ArgMatches) -> Outcome {
 }
 
 /// The quickest of as many evaluations as fit; none of them changes anything.
-fn seconds_per_force(simulation: &mut Simulation) -> f64 {
+fn seconds(simulation: &mut Simulation, need: Need) -> f64 {
     let mut state = simulation.state.clone();
     let start = Instant::now();
     let mut best = f64::INFINITY;
     while best.is_infinite() || start.elapsed().as_secs_f64() + best < CALIBRATION {
         let before = Instant::now();
-        simulation.engine.forces(&mut state, Breaking::Held);
+        let engine = &mut simulation.engine;
+        engine.evaluate(&mut state, Breaking::Held, need);
         best = best.min(before.elapsed().as_secs_f64());
     }
     best

@@ -109,7 +109,8 @@ fn go(path: &Path, scene: &Scene, simulation: &mut Simulation, out: &Path) -> Ou
         node_table::write(simulation, &path)
             .map_err(|e| Failure::Run(format!("error: cannot write {}: {e}", path.display())))?;
     }
-    print!("{}", statement::result(&summary));
+    let breaks = scene.material.law.spec.breaks;
+    print!("{}", statement::result(&summary, breaks));
     Ok(())
 }
 

@@ -66,7 +66,10 @@ fn parameters(scene: &Scene) -> String {
     let mut shown: Vec<String> = pairs
         .map(|(p, v)| format!("{} = {}", p.name, with_unit(*v, p.exponents)))
         .collect();
-    shown.push(format!("density = {} kg/m^3", material.density));
+    let is_parameter = material.law.spec.params.iter().any(|p| p.name == "density");
+    if let Some(density) = material.density.filter(|_| !is_parameter) {
+        shown.push(format!("density = {density} kg/m^3"));
+    }
     shown.join(", ")
 }
 
@@ -174,33 +177,52 @@ fn step(scene: &Scene, simulation: &Simulation) -> String {
     };
     let why = match (scene.step, &simulation.stable) {
         (StepRule::Stable { safety }, Some(stable)) => {
-            format!(
-                "{safety} of the limit of this body (omega = {:.4e} rad/s)",
-                stable.omega
-            )
+            let fastest = [
+                (stable.omega, "omega", "rad/s"),
+                (stable.rate, "rate", "1/s"),
+            ];
+            let shown: Vec<String> = fastest
+                .iter()
+                .filter(|(value, ..)| *value > 0.0)
+                .map(|(value, name, unit)| format!("{name} = {value:.4e} {unit}"))
+                .collect();
+            format!("{safety} of the limit of this body ({})", shown.join(", "))
         }
         _ => "as given".into(),
     };
-    format!("{:.6e} s, {why}; {until}", simulation.dt)
+    let stages = match simulation.stages {
+        0 => String::new(),
+        n => format!(", {n} stages of the fields each"),
+    };
+    format!("{:.6e} s, {why}{stages}; {until}", simulation.dt)
 }
 
 /// What came out.
-pub fn result(summary: &Summary) -> String {
+pub fn result(summary: &Summary, breaks: bool) -> String {
     let t = &summary.timings;
     let row = &summary.last;
-    format!(
-        "done       {} steps in {:.2} s ({:.2} ns per bond): forces {:.2}, integration {:.2}, energy {:.2}, output {:.2}\n\
-         broken     {} bonds ({:.4} %)\n",
-        summary.steps,
-        t.total,
-        summary.ns_per_bond,
-        t.forces,
-        t.integration,
-        t.energy,
-        t.output,
-        grouped(row.broken),
-        100.0 * row.broken_fraction,
-    )
+    let fields = match summary.stages {
+        0 => String::new(),
+        _ => format!(", fields {:.2}", t.fields),
+    };
+    let mut text = format!(
+        "done       {} steps in {:.2} s ({:.2} ns per bond): forces {:.2}{fields}, integration {:.2}, energy {:.2}, output {:.2}\n",
+        summary.steps, t.total, summary.ns_per_bond, t.forces, t.integration, t.energy, t.output,
+    );
+    if breaks {
+        text += &format!(
+            "broken     {} bonds ({:.4} %)\n",
+            grouped(row.broken),
+            100.0 * row.broken_fraction,
+        );
+    }
+    for f in row.fields.iter().filter(|f| f.min != 0.0 || f.max != 0.0) {
+        text += &format!(
+            "{:<10} {:.6e} to {:.6e} {}, mean {:.6e}\n",
+            f.name, f.min, f.max, f.unit, f.mean
+        );
+    }
+    text
 }
 
 /// 103110 as `103,110`.

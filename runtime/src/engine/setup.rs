@@ -1,6 +1,7 @@
 //! Making an engine: check, estimate, lay out, evaluate, run the reference stage.
 use super::constants::{AtReferenceBond, Materials, materials};
 use super::geometry::{Geometry, Streams, entries, table};
+use super::needs::Needs;
 use super::program::{Choice, Program, programs};
 use super::redo::Redo;
 use super::{BondData, Engine, Home, Isa, Law, Settings, SetupError, Traversal, check, memory};
@@ -247,6 +248,7 @@ fn assemble(
         u_records: records(&|_| [0.0; 3]),
         arrays: (0..arrays).map(|_| vec![0.0; layout.len]).collect(),
         broken: vec![0; layout.chunks()],
+        needs: Needs::of(&spec),
         spec,
         isa,
         lattice,

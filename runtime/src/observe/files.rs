@@ -63,8 +63,9 @@ impl Observer for Files {
         self.beside(|o| o.start(sim))?;
         let path = self.place("", "history.csv")?;
         if sim.outputs.history != super::Schedule::Never {
-            self.history =
-                Some(History::create(&path, sim.state.step).map_err(|e| cannot(&path, &e))?);
+            let columns = Row::columns_of(sim);
+            let history = History::create(&path, &columns, sim.state.step);
+            self.history = Some(history.map_err(|e| cannot(&path, &e))?);
         }
         if sim.state.step > 0 {
             self.frames = vtu::frames_before(&self.dir.join("fields.pvd"), sim.state.time);

@@ -11,14 +11,14 @@ pub struct History {
 
 impl History {
     /// A new file, or one that keeps the rows of steps before `resumed`.
-    pub fn create(path: &Path, resumed: u64) -> std::io::Result<History> {
+    pub fn create(path: &Path, columns: &[String], resumed: u64) -> std::io::Result<History> {
         let kept = if resumed > 0 {
             before(path, resumed)?
         } else {
             Vec::new()
         };
         let mut out = BufWriter::new(File::create(path)?);
-        writeln!(out, "{}", Row::COLUMNS.join(","))?;
+        writeln!(out, "{}", columns.join(","))?;
         for line in kept {
             writeln!(out, "{line}")?;
         }
@@ -50,6 +50,7 @@ fn before(path: &Path, step: u64) -> std::io::Result<Vec<String>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::observe::FieldRow;
 
     #[test]
     fn a_resumed_history_has_no_gap_and_no_double_row() {
@@ -59,20 +60,27 @@ mod tests {
         let row = |step| Row {
             step,
             kinetic: 0.1,
+            fields: vec![FieldRow {
+                name: "T".into(),
+                unit: "K".into(),
+                ..FieldRow::default()
+            }],
             ..Row::default()
         };
-        let mut h = History::create(&path, 0).unwrap();
+        let columns = row(0).columns();
+        let mut h = History::create(&path, &columns, 0).unwrap();
         (0..4).for_each(|s| h.write(&row(s)).unwrap());
         drop(h);
-        let mut h = History::create(&path, 2).unwrap();
+        let mut h = History::create(&path, &columns, 2).unwrap();
         (2..4).for_each(|s| h.write(&row(s)).unwrap());
         let text = std::fs::read_to_string(&path).unwrap();
         let steps: Vec<&str> = text.lines().map(|l| l.split(',').next().unwrap()).collect();
         assert_eq!(steps, ["step", "0", "1", "2", "3"]);
         assert!(
             text.lines()
-                .all(|l| l.split(',').count() == Row::COLUMNS.len())
+                .all(|l| l.split(',').count() == Row::COLUMNS.len() + 4)
         );
+        assert!(text.contains(",T_min_K,T_mean_K,T_max_K,T_total_K_m3\n"));
         std::fs::remove_dir_all(dir).unwrap();
     }
 }

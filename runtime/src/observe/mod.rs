@@ -16,7 +16,7 @@ mod summary;
 mod vtu;
 pub use files::Files;
 pub use quantity::{Values, quantity};
-pub use row::Row;
+pub use row::{FieldRow, Row};
 pub use summary::{Summary, Timings, left_out};
 
 /// When something is written. Whatever is not `Never` is also written at the start and at the end.

@@ -1,5 +1,6 @@
 //! Quantities of the body that can be written, by name.
 
+use super::row::si_unit;
 use crate::error::InputError;
 use crate::simulate::Simulation;
 
@@ -54,13 +55,14 @@ pub fn quantity(sim: &mut Simulation, name: &str) -> Result<Values, InputError> 
     if let Some(c) = component {
         components = components.into_iter().skip(c).take(1).collect();
     }
-    let unit = BUILT_IN
-        .iter()
-        .find(|(n, _)| *n == base)
-        .map_or("", |(_, u)| u);
+    let field = sim.spec.fields.iter().find(|f| f.name == base);
+    let unit = match BUILT_IN.iter().find(|(n, _)| *n == base) {
+        Some((_, unit)) => unit.to_string(),
+        None => field.map_or_else(String::new, |f| si_unit(f.exponents)),
+    };
     Ok(Values {
         name: name.to_string(),
-        unit: unit.to_string(),
+        unit,
         components,
     })
 }
@@ -99,7 +101,7 @@ fn known(sim: &Simulation) -> Vec<(String, usize)> {
     let dim = sim.body.flavour.dim();
     let vector = |name: &str| matches!(name, "displacement" | "velocity" | "force" | "position");
     let exists = |name: &str| match name {
-        "force" => !sim.spec.force.is_empty(),
+        "displacement" | "velocity" | "force" => !sim.spec.force.is_empty(),
         "energy" => sim.spec.energy.is_some(),
         _ => true,
     };

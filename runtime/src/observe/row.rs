@@ -1,6 +1,7 @@
 //! One row of the history.
 
 use crate::integrate::total;
+use crate::language::{Exponents, dimension};
 use crate::simulate::Simulation;
 use serde::{Deserialize, Serialize};
 
@@ -32,10 +33,27 @@ pub struct Row {
     pub contact_force: [f64; 3],
     /// Total impulse on the spheres [N s].
     pub contact_impulse: [f64; 3],
+    /// One per field component of the law.
+    pub fields: Vec<FieldRow>,
+}
+
+/// A field component over the body.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FieldRow {
+    /// Name in the law, and a number where there are several components.
+    pub name: String,
+    /// SI, as `K` or `W/m^3`; empty for a number.
+    pub unit: String,
+    pub min: f64,
+    /// Weighted with the volumes.
+    pub mean: f64,
+    pub max: f64,
+    /// Sum of value times volume [unit m^3]: what an insulated body conserves.
+    pub total: f64,
 }
 
 impl Row {
-    /// The columns of `history.csv`, in order.
+    /// The columns of `history.csv` that every law has, in order; those of the fields follow.
     pub const COLUMNS: [&str; 21] = [
         "step",
         "time_s",
@@ -60,7 +78,22 @@ impl Row {
         "contact_impulse_z_Ns",
     ];
 
-    /// The values in the order of [`Row::COLUMNS`]; numbers in the shortest form that reads back to the same bits.
+    /// All columns of `history.csv`.
+    pub fn columns(&self) -> Vec<String> {
+        let mut names: Vec<String> = Row::COLUMNS.map(String::from).to_vec();
+        for f in &self.fields {
+            let unit = f.unit.replace(' ', "_").replace('^', "");
+            let one = |what: &str| match unit.is_empty() {
+                true => format!("{}_{what}", f.name),
+                false => format!("{}_{what}_{unit}", f.name),
+            };
+            names.extend(["min", "mean", "max"].map(one));
+            names.push(one("total") + "_m3");
+        }
+        names
+    }
+
+    /// The values in the order of [`Row::columns`]; numbers in the shortest form that reads back to the same bits.
     pub fn values(&self) -> Vec<String> {
         let mut out = vec![self.step.to_string(), format!("{:e}", self.time)];
         let energies = [
@@ -83,7 +116,19 @@ impl Row {
                 .chain(vectors.iter().flatten())
                 .map(|v| format!("{v:e}")),
         );
+        for f in &self.fields {
+            out.extend([f.min, f.mean, f.max, f.total].map(|v| format!("{v:e}")));
+        }
         out
+    }
+
+    /// All columns of a simulation's `history.csv`.
+    pub(crate) fn columns_of(sim: &Simulation) -> Vec<String> {
+        let row = Row {
+            fields: fields(sim),
+            ..Row::default()
+        };
+        row.columns()
     }
 
     /// Totals at the accepted step of a simulation; `lost` is left 0.
@@ -108,6 +153,7 @@ impl Row {
             angular_momentum: [l0, l1, l2],
             contact_force: [0.0; 3],
             contact_impulse: [0.0; 3],
+            fields: fields(sim),
         };
         for reaction in sim.contact.reactions() {
             for d in 0..3 {
@@ -119,8 +165,54 @@ impl Row {
     }
 }
 
+/// Smallest, mean, largest value and total of every field component, in user order.
+fn fields(sim: &Simulation) -> Vec<FieldRow> {
+    let (slots, volume) = (sim.engine.slots(), &sim.body.volume);
+    let whole = total(volume.len(), |node| [volume[node]])[0];
+    let row = |(name, unit, slot): (String, Exponents, usize)| {
+        let values = &sim.state.slots[slot];
+        let at = |node: usize| values[slots[node] as usize];
+        let [sum] = total(volume.len(), |node| [at(node) * volume[node]]);
+        let nodes = 0..volume.len();
+        FieldRow {
+            name,
+            unit: si_unit(unit),
+            min: nodes.clone().map(at).fold(f64::INFINITY, f64::min),
+            mean: sum / whole,
+            max: nodes.map(at).fold(f64::NEG_INFINITY, f64::max),
+            total: sum,
+        }
+    };
+    let components = sim.engine.field_components();
+    components.into_iter().map(row).collect()
+}
+
+/// A unit in the seven base units, from doubled exponents: `kg m^-1 s^-1`; heat has its own name.
+pub(super) fn si_unit(exponents: Exponents) -> String {
+    if exponents == dimension::POWER_DENSITY {
+        return "W/m^3".into();
+    }
+    let names = ["m", "kg", "s", "A", "K", "mol", "cd"];
+    let factor = |k: usize| match exponents[k] {
+        0 => None,
+        2 => Some(names[k].to_string()),
+        n if n % 2 == 0 => Some(format!("{}^{}", names[k], n / 2)),
+        n => Some(format!("{}^{:.1}", names[k], f64::from(n) / 2.0)),
+    };
+    // Mass first, as is usual.
+    let order = [1, 0, 2, 3, 4, 5, 6];
+    order
+        .into_iter()
+        .filter_map(factor)
+        .collect::<Vec<_>>()
+        .join(" ")
+}
+
 /// Kinetic energy, momentum, angular momentum, in user order.
 fn motion(sim: &Simulation) -> [f64; 7] {
+    if sim.spec.force.is_empty() {
+        return [0.0; 7];
+    }
     let (slots, state) = (sim.engine.slots(), &sim.state);
     total(sim.body.x.len(), |node| {
         let s = slots[node] as usize;

@@ -34,6 +34,8 @@ pub struct Summary {
     /// [s]
     pub dt: f64,
     pub stable: Option<StableStep>,
+    /// Stages of the fields in a step; 0 without fields.
+    pub stages: u32,
     pub timings: Timings,
     /// Wall time of a force evaluation per directed bond [ns].
     pub ns_per_bond: f64,
@@ -52,6 +54,8 @@ pub struct Timings {
     pub stable_step: f64,
     pub forces: f64,
     pub integration: f64,
+    /// Steps of the fields, their rates included.
+    pub fields: f64,
     pub contact: f64,
     pub energy: f64,
     pub output: f64,
@@ -82,6 +86,7 @@ impl Summary {
             time: sim.state.time,
             dt: sim.dt,
             stable: sim.stable.clone(),
+            stages: sim.stages,
             timings: sim.timings,
             ns_per_bond: if work > 0.0 {
                 1e9 * sim.timings.forces / work
@@ -103,7 +108,7 @@ pub fn left_out(sim: &Simulation) -> Vec<String> {
         (!spec.breaks, "breaking: the law cannot break"),
         (
             sim.conditions.is_free(),
-            "imposed motion and body forces: no node has any",
+            "imposed motion, body forces and imposed fields: no node has any",
         ),
         (sim.indenters.is_empty(), "contact: there are no spheres"),
         (spec.rates.is_empty(), "field rates: the law has no field"),

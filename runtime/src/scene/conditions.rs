@@ -4,7 +4,7 @@ use super::document::{Data, Value};
 use super::problem::Problem;
 use super::section::Section;
 use super::shape;
-use crate::conditions::{Condition, Expression, Quantity};
+use crate::conditions::{Condition, Expression, Mirror, Parity, Quantity};
 use crate::contact::{ContactLaw, Indenter};
 use crate::language::{Expected, Exponents, dimension};
 use crate::shape::Shape;
@@ -19,25 +19,32 @@ type Target = (String, Quantity, Exponents, usize);
 
 /// `[[initial]]`: values at t = 0.
 pub(super) fn initial(section: Section<'_>, spec: &Spec) -> Option<Vec<Condition>> {
-    let mut targets = motion(spec.dim);
+    let mut targets = motion(spec);
     targets.extend(fields(spec));
-    read(section, &targets, spec.dim, WITHOUT_TIME)
+    read(section, &targets, spec, WITHOUT_TIME)
 }
 
 /// `[[condition]]`: values that hold for all time.
 pub(super) fn condition(section: Section<'_>, spec: &Spec) -> Option<Vec<Condition>> {
-    let mut targets = motion(spec.dim);
-    targets.push((
-        "body_force".into(),
-        Quantity::Force,
-        dimension::FORCE_DENSITY,
-        spec.dim,
-    ));
+    let mut targets = motion(spec);
+    if !spec.force.is_empty() {
+        targets.push((
+            "body_force".into(),
+            Quantity::Force,
+            dimension::FORCE_DENSITY,
+            spec.dim,
+        ));
+    }
     targets.extend(fields(spec));
-    read(section, &targets, spec.dim, WITH_TIME)
+    read(section, &targets, spec, WITH_TIME)
 }
 
-fn motion(dim: usize) -> Vec<Target> {
+/// What moves; nothing where the law has no force.
+fn motion(spec: &Spec) -> Vec<Target> {
+    let dim = spec.dim;
+    if spec.force.is_empty() {
+        return Vec::new();
+    }
     vec![
         (
             "displacement".into(),
@@ -68,15 +75,28 @@ fn fields(spec: &Spec) -> impl Iterator<Item = Target> + '_ {
 fn read(
     section: Section<'_>,
     targets: &[Target],
-    dim: usize,
+    spec: &Spec,
     coordinates: usize,
 ) -> Option<Vec<Condition>> {
+    let dim = spec.dim;
     let region = region(&section, dim);
+    let mirrored = coordinates == WITH_TIME && section.value("mirror").is_some();
+    let mirror = if mirrored {
+        mirror(&section, dim)
+    } else {
+        None
+    };
     let given: Vec<&Target> = targets
         .iter()
         .filter(|t| section.value(&t.0).is_some())
         .collect();
-    if given.is_empty() && section.entries().iter().all(|e| e.key == "region") {
+    let silent = ["region", "mirror"];
+    if given.is_empty()
+        && section
+            .entries()
+            .iter()
+            .all(|e| silent.contains(&e.key.as_str()))
+    {
         let names: Vec<&str> = targets.iter().map(|t| t.0.as_str()).collect();
         let problem = Problem::new(format!("{} sets nothing", section.title))
             .at(section.span.clone(), "")
@@ -87,8 +107,19 @@ fn read(
         .iter()
         .map(|t| value(&section, t, coordinates))
         .collect();
+    if mirror.is_some()
+        && let Some(place) = section.value("mirror")
+    {
+        for (key, ..) in given.iter().filter(|t| !reflects(&t.1)) {
+            let problem = Problem::new(format!("a mirror cannot continue the {key}"))
+                .at(place.span.clone(), "goes with displacement and fields")
+                .help("give the displacement: the velocity follows from it");
+            section.reader.complain(problem);
+        }
+    }
+    still(&section, spec, targets);
     section.finish();
-    let region = region?;
+    let region = region.filter(|_| mirror.is_some() == mirrored)?;
     given
         .iter()
         .zip(values)
@@ -97,9 +128,58 @@ fn read(
                 region: region.clone(),
                 quantity: t.1.clone(),
                 value: value?,
+                mirror,
             })
         })
         .collect()
+}
+
+/// Complains about motion where the law has none.
+fn still(section: &Section<'_>, spec: &Spec, targets: &[Target]) {
+    for key in ["displacement", "velocity", "body_force"] {
+        let is_given = section.entries().iter().any(|e| e.key == key);
+        let (true, true, Some(entry)) = (is_given, spec.force.is_empty(), section.entry(key))
+        else {
+            continue;
+        };
+        let names: Vec<&str> = targets.iter().map(|t| t.0.as_str()).collect();
+        let problem = Problem::new(format!("`{key}` means nothing to `{}`", spec.law))
+            .at(
+                entry.key_span.clone(),
+                "the law has no force, so that nothing moves",
+            )
+            .help(format!(
+                "give one of {}, or choose a law that moves",
+                names.join(", ")
+            ));
+        section.reader.complain(problem);
+    }
+}
+
+fn reflects(quantity: &Quantity) -> bool {
+    matches!(quantity, Quantity::Displacement | Quantity::Field(_))
+}
+
+const PARITIES: [(&str, Parity); 2] = [("odd", Parity::Odd), ("even", Parity::Even)];
+
+/// `mirror = { point = [..], normal = [..], parity = "odd" }`.
+fn mirror(section: &Section<'_>, dim: usize) -> Option<Mirror> {
+    section.value("mirror")?;
+    let table = section.section("mirror")?;
+    let point = table.vector("point", dimension::LENGTH, dim);
+    let point = table.require("point", point, "[\"0 mm\", ..], a point of the plane");
+    let normal = table.vector("normal", dimension::NUMBER, dim);
+    let normal = table.require("normal", normal, "[1, ..], the direction across the plane");
+    let parity = match table.value("parity") {
+        None => Some(Parity::Odd),
+        Some(_) => table.choice("parity", &PARITIES),
+    };
+    table.finish();
+    Some(Mirror {
+        point: point?,
+        normal: normal?,
+        parity: parity?,
+    })
 }
 
 /// The whole body when there is none.

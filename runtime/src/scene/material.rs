@@ -13,8 +13,9 @@ pub struct Material {
     /// Name or path of the law, as the scene gives it.
     pub model: String,
     pub law: Law,
-    /// Mass density [kg/m^3].
-    pub density: f64,
+    /// Mass density [kg/m^3]; `None` for a law that has no use for it. A parameter of the law that is called
+    /// `density` is this one.
+    pub density: Option<f64>,
     /// SI values, one per parameter of the law.
     pub params: Vec<f64>,
     /// One per influence function of the law.
@@ -38,11 +39,10 @@ pub struct Influence {
 const WORDS: [(&str, bool); 2] = [("integral", false), ("lattice", true)];
 
 pub(super) fn read(section: Section<'_>, dim: usize) -> Option<Material> {
-    let density = section.positive("density", dimension::DENSITY);
-    let density = section.require("density", density, "\"2200 kg/m^3\"");
     let constants = section.choice("constants", &WORDS);
     let Some(law) = law(&section, dim) else {
         // Without the law, its parameters cannot be told from unknown keys.
+        density(&section);
         section.abandon();
         return None;
     };
@@ -52,17 +52,29 @@ pub(super) fn read(section: Section<'_>, dim: usize) -> Option<Material> {
         .iter()
         .map(|p| parameter(&section, p))
         .collect();
+    let is_density = |p: &ParamSpec| p.name == "density" && p.exponents == dimension::DENSITY;
+    let density = match law.spec.params.iter().position(is_density) {
+        Some(k) => params[k].map(Some),
+        None if law.spec.force.is_empty() => Some(None),
+        None => density(&section).map(Some),
+    };
     let influences = influences(&section, &law);
     let model = section.text("model").map(|m| m.value.to_string());
     section.finish();
     Some(Material {
         model: model?,
-        density: density?.value,
+        density: density?,
         params: params.into_iter().collect::<Option<_>>()?,
         influences: influences?,
         lattice_constants: constants.unwrap_or(false),
         law,
     })
+}
+
+fn density(section: &Section<'_>) -> Option<f64> {
+    let found = section.positive("density", dimension::DENSITY);
+    let found = section.require("density", found, "\"2200 kg/m^3\"");
+    found.map(|d| d.value)
 }
 
 fn law(section: &Section<'_>, dim: usize) -> Option<Law> {

@@ -6,8 +6,11 @@ use std::path::Path;
 use crate::engine::Breaking;
 use crate::simulate::Simulation;
 
-/// Writes CSV: reference position [m], displacement [m], velocity [m/s], force density [N/m^3] and, where
-/// the law has an energy, its density [J/m^3], with 17 digits, in the order of the body's nodes.
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// Writes CSV: reference position [m]; where the law has a force, displacement [m], velocity [m/s] and force density
+/// [N/m^3]; where it has an energy, its density [J/m^3]; its fields, and their rates per second. 17 digits, in the order
+/// of the body's nodes.
 ///
 /// # Errors
 /// When the file cannot be written.
@@ -30,29 +33,39 @@ pub fn text(simulation: &mut Simulation) -> String {
         Some(_) => engine.energy(state).to_vec(),
         None => Vec::new(),
     };
-    let force = engine.force();
-    let mut table = heading(dim, !energy.is_empty());
+    let fields = engine.field_components();
+    let mut columns: Vec<(String, &[f64])> = Vec::new();
+    if !engine.spec().force.is_empty() {
+        for (prefix, arrays) in [("u", &state.u[..]), ("v", &state.v), ("f", engine.force())] {
+            let axes = AXES.iter().zip(arrays);
+            columns.extend(axes.map(|(axis, a)| (format!("{prefix}{axis}"), &a[..])));
+        }
+    }
+    if !energy.is_empty() {
+        columns.push(("W".into(), &energy));
+    }
+    for (name, _, slot) in &fields {
+        columns.push((name.clone(), &state.slots[*slot]));
+    }
+    for (slot, rate) in engine.rates() {
+        let name = fields.iter().find(|f| f.2 == slot);
+        columns.push((
+            name.map_or_else(String::new, |n| format!("{}_rate", n.0)),
+            rate,
+        ));
+    }
+    let names: Vec<&str> = AXES[..dim]
+        .iter()
+        .copied()
+        .chain(columns.iter().map(|c| c.0.as_str()))
+        .collect();
+    let mut table = names.join(",") + "\n";
     for (node, x) in body.x.iter().enumerate() {
         let slot = engine.slot(node);
-        let mut cells: Vec<f64> = x[..dim].to_vec();
-        for arrays in [&state.u[..], &state.v[..], force] {
-            cells.extend(arrays.iter().map(|a| a[slot]));
-        }
-        cells.extend(energy.get(slot));
-        let cells: Vec<String> = cells.iter().map(|c| format!("{c:.16e}")).collect();
+        let values = columns.iter().map(|c| c.1[slot]);
+        let cells = x[..dim].iter().copied().chain(values);
+        let cells: Vec<String> = cells.map(|c| format!("{c:.16e}")).collect();
         let _ = writeln!(table, "{}", cells.join(","));
     }
     table
-}
-
-fn heading(dim: usize, energy: bool) -> String {
-    let axes = &["x", "y", "z"][..dim];
-    let mut names: Vec<String> = Vec::new();
-    for prefix in ["", "u", "v", "f"] {
-        names.extend(axes.iter().map(|a| format!("{prefix}{a}")));
-    }
-    if energy {
-        names.push("W".into());
-    }
-    format!("{}\n", names.join(","))
 }

@@ -7,7 +7,7 @@ use super::shape;
 use crate::language::dimension::TIME;
 use crate::observe::{Outputs, Picture, Schedule, View};
 use crate::simulate::End;
-use crate::spec::Spec;
+use crate::spec::{FieldSpec, Spec};
 
 const VIEWS: [(&str, View); 5] = [
     ("top", View::Top),
@@ -41,7 +41,7 @@ pub(super) fn read(section: Section<'_>, spec: &Spec, end: Option<End>) -> Optio
         .map(|s| picture(s, spec, &mut names))
         .collect();
     if views.is_empty() && pictures.as_ref().is_some_and(|p| *p != Schedule::Never) {
-        views.push(Some(usual_picture()));
+        views.push(Some(usual_picture(spec)));
     }
     section.finish();
     let outputs = Outputs {
@@ -63,10 +63,13 @@ fn usual_history(end: Option<End>) -> Schedule {
     }
 }
 
-fn usual_picture() -> Picture {
+/// The damage, or the first field of a law that cannot break.
+fn usual_picture(spec: &Spec) -> Picture {
+    let field = spec.fields.first().filter(|_| !spec.breaks);
+    let quantity = field.map_or("damage", |f| &f.name);
     Picture {
-        name: "damage".into(),
-        quantity: "damage".into(),
+        name: quantity.into(),
+        quantity: quantity.into(),
         view: View::Top,
         range: None,
         width: 800,
@@ -98,14 +101,11 @@ fn schedule(section: &Section<'_>, key: &str, usual: Schedule) -> Option<Schedul
 
 /// What can be written for this law.
 fn known(spec: &Spec) -> Vec<&str> {
-    let mut names = vec![
-        "displacement",
-        "velocity",
-        "force",
-        "damage",
-        "position",
-        "volume",
-    ];
+    let mut names = match spec.force.is_empty() {
+        false => vec!["displacement", "velocity", "force"],
+        true => vec![],
+    };
+    names.extend(["damage", "position", "volume"]);
     if spec.energy.is_some() {
         names.push("energy");
     }
@@ -114,13 +114,21 @@ fn known(spec: &Spec) -> Vec<&str> {
     names
 }
 
+/// The motion, the damage of what can break, and the fields that change.
+fn usual_quantities(spec: &Spec) -> Vec<String> {
+    let mut names = match (spec.force.is_empty(), spec.breaks) {
+        (false, _) => vec!["displacement", "velocity", "damage"],
+        (true, true) => vec!["damage"],
+        (true, false) => vec![],
+    };
+    let changes = |f: &&FieldSpec| spec.rates.iter().any(|r| f.slots.contains(&r.0));
+    names.extend(spec.fields.iter().filter(changes).map(|f| f.name.as_str()));
+    names.into_iter().map(String::from).collect()
+}
+
 fn quantities(section: &Section<'_>, spec: &Spec) -> Option<Vec<String>> {
     let Some(value) = section.value("fields") else {
-        return Some(
-            ["displacement", "velocity", "damage"]
-                .map(String::from)
-                .to_vec(),
-        );
+        return Some(usual_quantities(spec));
     };
     let Data::List(list) = &value.data else {
         return section
@@ -160,7 +168,7 @@ fn quantity(section: &Section<'_>, value: &Value, spec: &Spec, part: bool) -> Op
 fn picture(section: Section<'_>, spec: &Spec, names: &mut Vec<Placed<String>>) -> Option<Picture> {
     let reader = section.reader;
     let place = section.span.clone();
-    let usual = usual_picture();
+    let usual = usual_picture(spec);
     let quantity = match section.value("of") {
         Some(value) => quantity(&section, value, spec, true),
         None => Some(usual.quantity),

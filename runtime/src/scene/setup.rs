@@ -21,7 +21,7 @@ impl Scene {
             body: self.body().map_err(|e| self.problem(e))?,
             law: self.material.law.clone(),
             settings: self.settings(),
-            density: self.material.density,
+            density: self.material.density.unwrap_or(0.0),
             initial: self.initial.clone(),
             conditions: self.conditions.clone(),
             cracks: self.cracks.clone(),

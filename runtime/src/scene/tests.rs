@@ -119,7 +119,7 @@ fn spring(dim: usize) -> Spec {
         slots: Vec::new(),
         constants: Tape::default(),
         sweeps: Vec::new(),
-        force: Vec::new(),
+        force: (0..dim as u32).collect(),
         tangent: Vec::new(),
         energy: None,
         rates: Vec::new(),
