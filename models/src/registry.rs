@@ -12,7 +12,11 @@ pub mod laws {
         "laws/pmb_compression.pd",
         "laws/gpmb.pd",
         "laws/lps.pd",
-        "laws/lps_frozen.pd"
+        "laws/lps_frozen.pd",
+        "laws/heat.pd",
+        "laws/heat_state.pd",
+        "laws/thermo_pmb.pd",
+        "laws/thermo_lps.pd"
     );
 }
 
@@ -37,7 +41,17 @@ macro_rules! catalogue {
 }
 
 /// In the order in which the tables list them.
-pub const CATALOGUE: &[Entry] = catalogue![pmb, pmb_compression, gpmb, lps, lps_frozen];
+pub const CATALOGUE: &[Entry] = catalogue![
+    pmb,
+    pmb_compression,
+    gpmb,
+    lps,
+    lps_frozen,
+    heat,
+    heat_state,
+    thermo_pmb,
+    thermo_lps,
+];
 
 /// The law of this name.
 pub fn find(name: &str) -> Option<&'static Entry> {

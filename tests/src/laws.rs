@@ -66,7 +66,10 @@ fn usual(name: &str) -> Option<f64> {
         "nu" => Some((3.0 * K - 2.0 * G) / (6.0 * K + 2.0 * G)),
         "V_ref" => Some(crate::bodies::DX.powi(3)),
         "k" => Some(1.4),
-        "rho" => Some(2200.0),
+        "rho" | "density" => Some(2200.0),
+        // Large enough for heat of deformation and conduction to weigh alike in random states.
+        "alpha" => Some(1e-5),
+        "T0" => Some(293.0),
         "cv" => Some(840.0),
         _ => None,
     }

@@ -102,6 +102,26 @@ fn lps_frozen() {
 }
 
 #[test]
+fn heat() {
+    agree("heat", 1e-2);
+}
+
+#[test]
+fn heat_state() {
+    agree("heat_state", 1e-2);
+}
+
+#[test]
+fn thermo_pmb() {
+    agree("thermo_pmb", 1e-2);
+}
+
+#[test]
+fn thermo_lps() {
+    agree("thermo_lps", 1e-2);
+}
+
+#[test]
 fn bond_heat() {
     agree("bond_heat", 1e-2);
 }

@@ -6,7 +6,15 @@ use pdlang_tests::agreement::{Question, gather, per_node, spread};
 use pdlang_tests::{bodies, laws};
 
 /// Laws whose force states act along their bonds, and so balance angular momentum at any deformation.
-const ALONG_BONDS: [&str; 5] = ["pmb", "gpmb", "lps", "lps_frozen", "bond_memory"];
+const ALONG_BONDS: [&str; 7] = [
+    "pmb",
+    "gpmb",
+    "lps",
+    "lps_frozen",
+    "thermo_pmb",
+    "thermo_lps",
+    "bond_memory",
+];
 
 fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     std::array::from_fn(|k| {
@@ -78,6 +86,8 @@ fn the_tangent_is_the_derivative_of_the_force() {
         "gpmb",
         "lps",
         "lps_frozen",
+        "thermo_pmb",
+        "thermo_lps",
         "bond_memory",
         "correspondence",
     ] {

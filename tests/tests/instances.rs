@@ -15,15 +15,20 @@ fn compiled_sweeps_are_counted() {
         })
         .collect();
     // Three dimensions each. Bond-based: force, energy, tangent. LPS: weighted volume (not when frozen),
-    // dilatation, force, energy, and two for the tangent. A rule that remembers: two more after the step.
+    // dilatation, force, energy, and two for the tangent. A rule that remembers: two more after the step. The rate of
+    // a coupled law shares a sweep of the force; state-based heat has shape, gradient and rate.
     let expected = [
         ("pmb", 9),
         ("pmb_compression", 15),
         ("gpmb", 9),
         ("lps", 18),
         ("lps_frozen", 15),
+        ("heat", 3),
+        ("heat_state", 9),
+        ("thermo_pmb", 9),
+        ("thermo_lps", 18),
     ];
     assert_eq!(sweeps, expected);
     let instances = sweeps.iter().map(|(_, n)| n).sum::<usize>() * INSTANCES_OF_A_SWEEP;
-    assert_eq!(instances, 792);
+    assert_eq!(instances, 1260);
 }
