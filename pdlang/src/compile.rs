@@ -72,7 +72,7 @@ fn too_large(law: &Law, dim: usize) -> Diagnostic {
     Diagnostic::error("PD090", message)
         .at(
             place,
-            "a coefficient grows beyond 38 digits when this is multiplied out",
+            "multiplied out, this has coefficients beyond 38 digits or thousands of terms",
         )
         .help("write numbers with fewer digits, or name a part of the expression with `let`")
 }

@@ -2,7 +2,7 @@
 //!
 //! Two readings of the same law. [`Reading::Whole`] keeps what the author named: a definition with several
 //! terms stays one atom, a reduction keeps its body. Energies are evaluated so, because expanding a square
-//! loses digits. [`Reading::Split`] inlines everything and splits reductions into sums of single monomials
+//! loses digits. [`Reading::Split`] inlines all but long definitions and splits reductions into sums of single monomials
 //! with node factors pulled out; the force is derived from that, because there equal sums meet and cancel.
 
 use std::collections::HashMap;
@@ -18,6 +18,10 @@ pub enum Reading {
     Whole,
     Split,
 }
+
+/// Terms above which a definition stays whole even when sums are split: nothing in it is going to cancel, and
+/// products of such would have thousands of terms.
+const LONG: usize = 8;
 
 /// Components in row-major order; a symmetric tensor is stored full.
 pub type Value = Vec<Poly>;
@@ -207,9 +211,10 @@ impl<'a> Lowering<'a> {
             .into_iter()
             .enumerate()
             .map(|(k, p)| {
-                let keep = match def.home {
-                    Home::Constant => p.0.len() > 1,
-                    _ => reading == Reading::Whole && p.0.len() > 1 && !def.span.prelude,
+                let keep = match (def.home, reading) {
+                    (Home::Constant, _) => p.0.len() > 1,
+                    (_, Reading::Whole) => p.0.len() > 1 && !def.span.prelude,
+                    (_, Reading::Split) => p.0.len() > LONG,
                 };
                 let name = format!("{}{}", def.name, component_name(def.shape, self.dim, k));
                 if keep {

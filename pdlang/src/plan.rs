@@ -42,6 +42,7 @@ impl Algebra {
     fn place(&self, id: AtomId) -> Place {
         let nature = self.nature(id);
         match self.atom(id) {
+            _ if self.is_truth(id) => Place::Step,
             _ if nature.home == Home::Constant => Place::Constant,
             Atom::Prime(a) if self.nature(*a).sums => Place::Nbr(*a),
             _ if nature.home == Home::Node && nature.sums => Place::Own,

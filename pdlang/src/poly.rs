@@ -14,6 +14,9 @@ use std::collections::{BTreeMap, HashMap};
 use crate::ir::{FamilyId, Home, Reduction};
 use crate::ratio::Ratio;
 
+/// Terms that a product may have before equal ones meet. The laws of papers stay below a hundred.
+const MOST_TERMS: usize = 20_000;
+
 #[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Debug)]
 pub struct AtomId(pub u32);
 
@@ -97,6 +100,13 @@ pub enum Func {
     Not,
 }
 
+impl Func {
+    /// A truth value, which no slot and no table holds: it is formed where it is used.
+    pub fn is_truth(self) -> bool {
+        matches!(self, Func::Lt | Func::Le | Func::And | Func::Or | Func::Not)
+    }
+}
+
 /// How early a value can be known, leaving sums aside.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Rate {
@@ -141,7 +151,7 @@ pub struct Algebra {
     atoms: Vec<Atom>,
     natures: Vec<Nature>,
     ids: HashMap<Atom, AtomId>,
-    /// Set when a coefficient did not fit; the law is then rejected.
+    /// Set when a coefficient or a product did not fit; the law is then rejected.
     pub overflow: bool,
 }
 
@@ -278,6 +288,14 @@ impl Algebra {
         id
     }
 
+    pub fn is_truth(&self, id: AtomId) -> bool {
+        match self.atom(id) {
+            Atom::Func(f, _) => f.is_truth(),
+            Atom::Prime(a) => self.is_truth(*a),
+            _ => false,
+        }
+    }
+
     pub fn poly(&mut self, atom: Atom) -> Poly {
         Poly::atom(self.intern(atom))
     }
@@ -378,6 +396,10 @@ impl Algebra {
     }
 
     pub fn mul(&mut self, a: &Poly, b: &Poly) -> Poly {
+        if a.0.len() * b.0.len() > MOST_TERMS {
+            self.overflow = true;
+            return Poly::zero();
+        }
         let mut c = Collector::default();
         for (m, p) in &a.0 {
             for (n, q) in &b.0 {

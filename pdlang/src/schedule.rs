@@ -346,6 +346,7 @@ impl Schedule {
                     Atom::Func(_, args) => args,
                     Atom::Prime(a) => match algebra.atom(a).clone() {
                         Atom::Named(_, p) => vec![algebra.prime(&p)],
+                        Atom::Func(_, args) => args.iter().map(|p| algebra.prime(p)).collect(),
                         _ => continue,
                     },
                     _ => continue,

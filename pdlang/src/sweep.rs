@@ -362,7 +362,7 @@ impl SweepWriter<'_> {
 
     fn bond_atom(&mut self, id: AtomId) -> u32 {
         let atom = self.algebra.atom(id).clone();
-        if self.algebra.nature(id).home != Home::Bond {
+        if self.algebra.nature(id).home != Home::Bond && !self.algebra.is_truth(id) {
             return self.node_in_bond(&Poly::atom(id));
         }
         match atom {
@@ -458,7 +458,9 @@ impl SweepWriter<'_> {
     fn node_products(&mut self, p: &Poly) -> Vec<Product<Factor>> {
         let mut groups: BTreeMap<Monomial, Poly> = BTreeMap::new();
         for (m, c) in &p.0 {
-            let constant = |a: &AtomId| self.algebra.nature(*a).home == Home::Constant;
+            let constant = |a: &AtomId| {
+                self.algebra.nature(*a).home == Home::Constant && !self.algebra.is_truth(*a)
+            };
             let (k, node): (Vec<_>, Vec<_>) = m.0.iter().partition(|(a, _)| constant(a));
             let group = groups.entry(Monomial(node)).or_default();
             *group = self.algebra.add(group, &Poly(vec![(Monomial(k), *c)]));
