@@ -1,6 +1,7 @@
 //! Initial values, prescribed motion and loads, by region and expression.
 
 use crate::body::Body;
+use crate::density::Density;
 use crate::engine::{Engine, State};
 use crate::error::InputError;
 use crate::shape::{Shape, tolerance};
@@ -276,12 +277,13 @@ impl Loads {
         self.density[d].get(s).copied().unwrap_or(0.0)
     }
 
-    /// `v += factor * f` where there is a force.
-    pub fn kick(&self, v: &mut [Vec<f64>], factor: f64) {
+    /// `v += dt * f / density` where there is a force.
+    pub fn kick(&self, v: &mut [Vec<f64>], density: &Density, dt: f64) {
         for (v, f) in v.iter_mut().zip(&self.density) {
             self.touched
                 .iter()
-                .for_each(|&s| v[s as usize] += factor * f[s as usize]);
+                .map(|&s| s as usize)
+                .for_each(|s| v[s] += dt / density.at(s) * f[s]);
         }
     }
 
@@ -306,7 +308,7 @@ pub struct Balance<'a> {
     pub force: &'a [Vec<f64>],
     pub contact: &'a Loads,
     pub volume: &'a [f64],
-    pub density: f64,
+    pub density: &'a Density,
     pub dt: f64,
 }
 
@@ -389,7 +391,10 @@ impl Conditions {
             let (u, v) = (&state.u[driver.component], &state.v[driver.component]);
             for &s in &driver.slots {
                 before.push(u[s as usize]);
-                work -= 0.5 * balance.density * volume[s as usize] * v[s as usize].powi(2);
+                work -= 0.5
+                    * balance.density.at(s as usize)
+                    * volume[s as usize]
+                    * v[s as usize].powi(2);
             }
         }
         self.before = before;
@@ -447,7 +452,10 @@ impl Conditions {
         for driver in self.motion() {
             let v = &state.v[driver.component];
             for &s in &driver.slots {
-                work += 0.5 * balance.density * balance.volume[s as usize] * v[s as usize].powi(2);
+                work += 0.5
+                    * balance.density.at(s as usize)
+                    * balance.volume[s as usize]
+                    * v[s as usize].powi(2);
             }
         }
         self.work += work;

@@ -6,6 +6,7 @@
 
 use crate::body::Body;
 use crate::conditions::Loads;
+use crate::density::Density;
 use crate::engine::State;
 use crate::error::InputError;
 use serde::{Deserialize, Serialize};
@@ -94,8 +95,7 @@ pub struct Target<'a> {
     pub force: &'a [Vec<f64>],
     /// Layout order [m^3].
     pub volume: &'a [f64],
-    /// [kg/m^3]
-    pub density: f64,
+    pub density: &'a Density,
     pub dt: f64,
 }
 
@@ -309,7 +309,8 @@ impl Sphere {
             if depth <= 0.0 || r == 0.0 || driven.get(s) == Some(&true) {
                 continue;
             }
-            let mass = target.density * target.volume[s];
+            let density = target.density.at(s);
+            let mass = density * target.volume[s];
             for (d, c) in ray.iter().enumerate().take(state.u.len()) {
                 let step = depth * c / r;
                 let (old, new) = (state.v[d][s], state.v[d][s] + step / target.dt);
@@ -320,7 +321,7 @@ impl Sphere {
                 // The forces at the start of the step have acted for half of it: without their share the account of
                 // the step, which pairs mean forces with the way made, would not close.
                 let mean = 0.5 * (new + old)
-                    - 0.5 * target.dt * target.force.get(d).map_or(0.0, |f| f[s]) / target.density;
+                    - 0.5 * target.dt * target.force.get(d).map_or(0.0, |f| f[s]) / density;
                 self.reaction.work += mass * (new - old) * mean;
             }
             largest = largest.max(depth);

@@ -3,15 +3,27 @@
 //! A step is `v += dt/2 a; u += dt v; forces; v += dt/2 a`, as in LAMMPS and CabanaPD. Every pass treats each number
 //! on its own, so the bits do not depend on the threads.
 
+use crate::density::Density;
 use rayon::prelude::*;
 
 /// Numbers per task: a few pages, so that a task outweighs its start.
 const CHUNK: usize = 8192;
 
-/// `v += factor * f`.
-pub fn kick(v: &mut [Vec<f64>], f: &[Vec<f64>], factor: f64) {
+/// `v += dt * f / density`.
+pub fn kick(v: &mut [Vec<f64>], f: &[Vec<f64>], density: &Density, dt: f64) {
     for (v, f) in v.iter_mut().zip(f) {
-        add_scaled(v, f, factor);
+        match density.slots() {
+            None => add_scaled(v, f, dt / density.least()),
+            Some(density) => v
+                .par_chunks_mut(CHUNK)
+                .zip(f.par_chunks(CHUNK).zip(density.par_chunks(CHUNK)))
+                .for_each(|(v, (f, density))| {
+                    let parts = f.iter().zip(density);
+                    v.iter_mut()
+                        .zip(parts)
+                        .for_each(|(v, (f, d))| *v += dt / d * f);
+                }),
+        }
     }
 }
 
@@ -23,14 +35,19 @@ pub fn drift(u: &mut [Vec<f64>], v: &[Vec<f64>], dt: f64) -> f64 {
     }))
 }
 
-/// `v += factor * f; u += dt * v` in one pass over memory; returns as [`drift`].
+/// `v += dt/2 * f / density; u += dt * v`, in one pass over memory where nodes are alike; returns as [`drift`].
 pub fn kick_and_drift(
     u: &mut [Vec<f64>],
     v: &mut [Vec<f64>],
     f: &[Vec<f64>],
-    factor: f64,
+    density: &Density,
     dt: f64,
 ) -> f64 {
+    if density.slots().is_some() {
+        kick(v, f, density, 0.5 * dt);
+        return drift(u, v, dt);
+    }
+    let factor = 0.5 * dt / density.least();
     let step = |u: &mut [f64], v: &mut [f64], f: &[f64]| {
         let mut largest = 0.0;
         // Small enough that the second loop finds the velocities in the nearest cache.
@@ -128,7 +145,13 @@ mod tests {
         v[9] = -7.0;
         let (mut u, mut v) = (vec![vec![1.0; 20]], vec![v]);
         assert_eq!(
-            kick_and_drift(&mut u, &mut v, &[vec![4.0; 20]], 0.5, 2.0),
+            kick_and_drift(
+                &mut u,
+                &mut v,
+                &[vec![4.0; 20]],
+                &Density::uniform(2.0),
+                2.0
+            ),
             10.0
         );
         assert_eq!((u[0][9], u[0][19], v[0][19]), (-9.0, 7.0, 3.0));

@@ -4,6 +4,7 @@ pub mod carve;
 pub mod checkpoint;
 pub mod conditions;
 pub mod contact;
+pub mod density;
 pub mod engine;
 pub mod error;
 pub mod integrate;

@@ -9,6 +9,7 @@
 
 use crate::conditions::Balance;
 use crate::contact::Target;
+use crate::density::Density;
 use crate::engine::{Breaking, Need};
 use crate::integrate::{drift, kick, kick_and_drift};
 use crate::observe::{Observer, Summary};
@@ -126,25 +127,27 @@ impl Simulation {
     /// Contact forces at the present positions.
     fn press(&mut self, first: bool) {
         let began = Instant::now();
-        let target = target(&self.body, &self.engine, self.density, self.dt);
+        let target = target(&self.body, &self.engine, &self.density, self.dt);
         self.contact.press(&self.state, &target, first);
         self.timings.contact += lap(began);
     }
 
     /// The second half of the kick.
     fn complete(&mut self) {
-        let factor = 0.5 * self.dt / self.density;
+        let half = 0.5 * self.dt;
         let balance = balance(
             &self.body,
             &self.engine,
             &self.contact.loads,
-            self.density,
+            &self.density,
             self.dt,
         );
         self.conditions.account(&self.state, &balance);
-        kick(&mut self.state.v, balance.force, factor);
-        self.conditions.loads.kick(&mut self.state.v, factor);
-        balance.contact.kick(&mut self.state.v, factor);
+        kick(&mut self.state.v, balance.force, &self.density, half);
+        self.conditions
+            .loads
+            .kick(&mut self.state.v, &self.density, half);
+        balance.contact.kick(&mut self.state.v, &self.density, half);
         self.conditions.after_kick(&mut self.state, &balance);
     }
 
@@ -195,20 +198,22 @@ impl Simulation {
     /// the largest motion [m], `None` when a field is not finite.
     fn travel(&mut self) -> Option<f64> {
         let began = Instant::now();
-        let factor = 0.5 * self.dt / self.density;
+        let half = 0.5 * self.dt;
         let balance = balance(
             &self.body,
             &self.engine,
             &self.contact.loads,
-            self.density,
+            &self.density,
             self.dt,
         );
         self.conditions.before_drift(&self.state, &balance);
-        self.conditions.loads.kick(&mut self.state.v, factor);
-        balance.contact.kick(&mut self.state.v, factor);
+        self.conditions
+            .loads
+            .kick(&mut self.state.v, &self.density, half);
+        balance.contact.kick(&mut self.state.v, &self.density, half);
         let mut sound = true;
         let moved = if self.is_coupled() {
-            kick(&mut self.state.v, balance.force, factor);
+            kick(&mut self.state.v, balance.force, &self.density, half);
             self.conditions.steer(&mut self.state, &balance);
             let one = drift(&mut self.state.u, &self.state.v, 0.5 * self.dt);
             let before = self.timings.fields;
@@ -220,7 +225,7 @@ impl Simulation {
                 &mut self.state.u,
                 &mut self.state.v,
                 balance.force,
-                factor,
+                &self.density,
                 self.dt,
             )
         };
@@ -230,13 +235,13 @@ impl Simulation {
             &self.body,
             &self.engine,
             &self.contact.loads,
-            self.density,
+            &self.density,
             self.dt,
         );
         let imposed = self.conditions.after_drift(&mut self.state, &balance);
         self.timings.integration += lap(began);
         let began = Instant::now();
-        let target = target(&self.body, &self.engine, self.density, self.dt);
+        let target = target(&self.body, &self.engine, &self.density, self.dt);
         self.contact
             .after_drift(&mut self.state, &target, moved.max(imposed));
         self.timings.contact += lap(began);
@@ -438,7 +443,7 @@ impl Simulation {
 fn target<'a>(
     body: &'a crate::body::Body,
     engine: &'a crate::engine::Engine,
-    density: f64,
+    density: &'a Density,
     dt: f64,
 ) -> Target<'a> {
     Target {
@@ -455,7 +460,7 @@ fn balance<'a>(
     body: &'a crate::body::Body,
     engine: &'a crate::engine::Engine,
     contact: &'a crate::conditions::Loads,
-    density: f64,
+    density: &'a Density,
     dt: f64,
 ) -> Balance<'a> {
     Balance {

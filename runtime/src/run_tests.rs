@@ -40,7 +40,7 @@ pub(crate) fn block(cells: [f64; 3], flavour: Flavour, s0: f64) -> Setup {
             traversal: Traversal::Auto,
             isa: None,
         },
-        density: 1.0,
+        density: vec![1.0],
         initial: vec![],
         conditions: vec![],
         cracks: vec![],
@@ -435,7 +435,7 @@ fn wrong_input_is_refused_before_anything_runs() {
         center: [99.0; 3],
         radius: 1.0,
     };
-    assert!(fault(&|s| s.density = -1.0).contains("density is -1"));
+    assert!(fault(&|s| s.density = vec![-1.0]).contains("density is -1"));
     assert!(fault(&|s| s.step = StepRule::Fixed(0.0)).contains("time step is 0"));
     assert!(fault(&|s| s.step = StepRule::Stable { safety: 1.5 }).contains("safety factor"));
     assert!(fault(&|s| s.no_fail = vec![far.clone()]).contains("no-fail region holds no node"));
@@ -551,6 +551,7 @@ fn again(setup: &Setup) -> Setup {
         no_fail: setup.no_fail.clone(),
         indenters: setup.indenters.clone(),
         outputs: setup.outputs.clone(),
+        density: setup.density.clone(),
         ..*setup
     }
 }
@@ -560,7 +561,7 @@ fn mirrors_hold_a_surface_or_close_it() {
     // Six nodes; the first two are the images of the next two across x = 2.
     let mut setup = block([6.0, 1.0, 1.0], Flavour::Bar, 1.0);
     setup.law = Law::interpreted(law::heat(1));
-    setup.settings.params = vec![1.0];
+    setup.settings.materials = vec![vec![1.0]];
     setup.settings.horizon = 2.5;
     let outside = Shape::Box {
         from: [0.0, -1.0, -1.0],
@@ -614,8 +615,8 @@ fn mirrors_hold_a_surface_or_close_it() {
 fn motion_means_nothing_to_a_law_without_force() {
     let mut setup = block([3.0, 1.0, 1.0], Flavour::Bar, 1.0);
     setup.law = Law::interpreted(law::heat(1));
-    setup.settings.params = vec![1.0];
-    setup.density = 0.0;
+    setup.settings.materials = vec![vec![1.0]];
+    setup.density = vec![0.0];
     let mut moving = again(&setup);
     moving.conditions = vec![set(Shape::All, Quantity::Velocity, numbers(&[1.0]))];
     let fault = Simulation::new(moving).err().unwrap().to_string();
@@ -630,7 +631,7 @@ fn a_field_goes_on_from_a_checkpoint_to_the_same_bits() {
     let dir = scratch("resume-field");
     let mut setup = block([9.0, 1.0, 1.0], Flavour::Bar, 1.0);
     setup.law = Law::interpreted(law::heat(1));
-    setup.settings.params = vec![1.0];
+    setup.settings.materials = vec![vec![1.0]];
     let temperature = Quantity::Field("T".into());
     setup.initial = vec![set(Shape::All, temperature, vec![sine(0, 0.4, 3.0)])];
     setup.outputs.checkpoints = Schedule::Steps(4);

@@ -4,6 +4,7 @@ use crate::body::Body;
 use crate::checkpoint::{self, Clock, Fingerprint, Identity, Snapshot};
 use crate::conditions::{Condition, Conditions, Quantity, nodes_in, set_initial};
 use crate::contact::{Contact, Indenter};
+use crate::density::Density;
 use crate::engine::{Breaking, Engine, Law, Settings, State};
 use crate::error::InputError;
 use crate::observe::{Outputs, Row, Timings};
@@ -24,7 +25,7 @@ pub struct Setup {
     pub law: Law,
     pub settings: Settings,
     /// Mass density [kg/m^3]; a law without a force has no use for it.
-    pub density: f64,
+    pub density: Vec<f64>,
     pub initial: Vec<Condition>,
     pub conditions: Vec<Condition>,
     pub cracks: Vec<Surface>,
@@ -73,7 +74,7 @@ pub struct Simulation {
     pub spec: Spec,
     pub engine: Engine,
     pub state: State,
-    pub density: f64,
+    pub density: Density,
     /// [m]
     pub horizon: f64,
     pub indenters: Vec<Indenter>,
@@ -179,13 +180,14 @@ impl Simulation {
         };
         let bonds = engine.report().bonds as u64;
         let relaxation = Relaxation::new(&engine);
+        let density = Density::new(&setup.density, &setup.body, &engine);
         let mut simulation = Simulation {
             title: setup.title,
             body: setup.body,
             spec,
             engine,
             state,
-            density: setup.density,
+            density,
             horizon,
             indenters: setup.indenters,
             dt: 0.0,
@@ -346,13 +348,13 @@ impl Simulation {
     pub(crate) fn measure(&mut self, safety: f64) -> StableStep {
         let began = Instant::now();
         // Inside a sphere a node deeper than the horizon has left its family: contact has failed before.
-        let bound = |i: &Indenter| i.stiffness_bound(self.horizon, self.density);
+        let bound = |i: &Indenter| i.stiffness_bound(self.horizon, self.density.least());
         let contact = self.indenters.iter().map(bound).sum();
         let stable = stable_step(
             &mut self.engine,
             &self.spec,
             &self.state,
-            self.density,
+            &self.density,
             contact,
             safety,
         );
@@ -385,9 +387,19 @@ impl Simulation {
 fn check(setup: &Setup) -> Result<(), InputError> {
     let positive = |v: f64| v > 0.0 && v.is_finite();
     let moves = !setup.law.spec.force.is_empty();
-    if moves && !positive(setup.density) {
+    if setup.density.len() != setup.settings.materials.len() {
         return Err(InputError::new(
-            format!("the density is {} kg/m^3", setup.density),
+            format!(
+                "{} densities for {} materials",
+                setup.density.len(),
+                setup.settings.materials.len()
+            ),
+            "give one density per material",
+        ));
+    }
+    if let Some(density) = setup.density.iter().find(|d| moves && !positive(**d)) {
+        return Err(InputError::new(
+            format!("the density is {density} kg/m^3"),
             "give a positive density",
         ));
     }
@@ -491,7 +503,7 @@ fn fingerprint(setup: &Setup, spec: &Spec) -> Result<u64, InputError> {
         s.partial_volume,
         s.lattice_constants,
     ));
-    f.debug(&(setup.body.flavour, setup.body.periodic, setup.density));
+    f.debug(&(setup.body.flavour, setup.body.periodic, &setup.density));
     setup
         .body
         .x

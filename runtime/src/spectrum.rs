@@ -5,6 +5,7 @@
 //! product of the masses, power iteration takes over. Where fields follow the motion at once and push back, as heat of
 //! deformation does, what they add to the stiffness counts.
 
+use crate::density::Density;
 use crate::engine::{Breaking, Engine, Need, State};
 use crate::integrate::total;
 use crate::relax;
@@ -34,7 +35,7 @@ pub fn stable_step(
     engine: &mut Engine,
     spec: &Spec,
     state: &State,
-    density: f64,
+    density: &Density,
     contact: f64,
     safety: f64,
 ) -> StableStep {
@@ -84,13 +85,17 @@ pub struct Estimate {
 }
 
 /// Largest eigenvalue of `M^-1 K` [rad^2/s^2], the stiffness through the fields included.
-fn stiffness(engine: &mut Engine, state: &State, density: f64) -> Estimate {
-    let volume = engine.volume().to_vec();
+fn stiffness(engine: &mut Engine, state: &State, density: &Density) -> Estimate {
+    let mass: Vec<f64> = (0..engine.len())
+        .map(|s| engine.volume()[s] * density.at(s))
+        .collect();
     let mut through = Through::new(engine, state);
-    largest(state.u.len(), &volume, |x, y| {
+    largest(state.u.len(), &mass, |x, y| {
         let df = engine.tangent(state, x);
         for (y, df) in y.iter_mut().zip(df) {
-            y.iter_mut().zip(df).for_each(|(y, df)| *y = -df / density);
+            for (s, (y, df)) in y.iter_mut().zip(df).enumerate() {
+                *y = -df / density.at(s);
+            }
         }
         if let Some(through) = &mut through {
             through.add(engine, x, y, density);
@@ -142,7 +147,7 @@ impl Through {
 
     /// Adds to `y` minus the change of the acceleration as the fields go where `x` takes them. Leaves the engine as
     /// [`Engine::tangent`] wants it.
-    fn add(&mut self, engine: &mut Engine, x: &Field, y: &mut Field, density: f64) {
+    fn add(&mut self, engine: &mut Engine, x: &Field, y: &mut Field, density: &Density) {
         let rates = self.rates_of(engine, x);
         let real = |rate: &Vec<f64>| {
             let inside = rate.iter().zip(engine.volume()).filter(|(_, v)| **v > 0.0);
@@ -159,8 +164,10 @@ impl Through {
             }
             engine.evaluate(&mut moved, Breaking::Held, Need::Motion);
             for ((y, f), f0) in y.iter_mut().zip(engine.force()).zip(&self.force) {
-                let change = f.iter().zip(f0).map(|(f, f0)| (f - f0) * size / density);
-                y.iter_mut().zip(change).for_each(|(y, df)| *y -= df);
+                let change = f.iter().zip(f0).map(|(f, f0)| (f - f0) * size);
+                for (s, (y, df)) in y.iter_mut().zip(change).enumerate() {
+                    *y -= df / density.at(s);
+                }
             }
         }
         engine.forces(&mut self.state, Breaking::Held);

@@ -1,8 +1,10 @@
 //! Bodies of several materials: the force is still the derivative of the energy, momentum is kept, and what
 //! meets on a bond meets as the law says.
 
+use pdlang_models::language::Pdlang;
 use pdlang_runtime::body::{Body, Flavour};
 use pdlang_runtime::engine::{Breaking, Engine, Isa, Law, Settings, State, Traversal};
+use pdlang_runtime::scene::Scene;
 use pdlang_runtime::spec::{InfluenceSpec, Meet};
 use pdlang_tests::agreement::{Question, gather, per_node, spread};
 use pdlang_tests::{bodies, laws};
@@ -201,4 +203,25 @@ fn wrong_materials_are_refused() {
         let error = Engine::new(&body, question.interpreted(), settings(materials)).unwrap_err();
         assert!(error.to_string().contains(words), "{error}");
     }
+}
+
+/// A wave long against the horizon crosses an interface as in the local theory: see the scene.
+#[test]
+fn a_wave_crosses_from_one_material_into_another() {
+    let path = std::path::Path::new("scenes/two_materials.toml");
+    let scene = Scene::read(path, &Pdlang).unwrap_or_else(|e| panic!("{e}"));
+    let mut simulation = scene.simulation().unwrap_or_else(|e| panic!("{e}"));
+    simulation.run(&mut ()).unwrap_or_else(|e| panic!("{e}"));
+    let u = per_node(&simulation.engine, &simulation.state.u[0]);
+    let peak = |from: f64, to: f64| {
+        let inside = simulation.body.x.iter().zip(&u);
+        inside
+            .filter(|(x, _)| x[0] > from && x[0] < to)
+            .fold(0.0_f64, |m, (_, u)| if u.abs() > m.abs() { *u } else { m })
+    };
+    // Half of the pulse runs to the right, 0.5 high: a quarter of it goes through, a quarter comes back.
+    let (through, back) = (peak(620.0, 1000.0), peak(200.0, 590.0));
+    println!("through {through:.5}, back {back:.5}");
+    assert!((through - 0.25).abs() < 2e-3, "{through}");
+    assert!((back + 0.25).abs() < 2e-3, "{back}");
 }

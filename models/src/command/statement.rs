@@ -49,7 +49,13 @@ pub fn of(scene: &Scene, simulation: &Simulation) -> Statement {
     let spec = &scene.material.law.spec;
     s.add("law", format!("{}: {}", spec.law, spec.title));
     s.add("from", spec.cites.join("; "));
-    s.add("parameters", parameters(scene));
+    for (k, shown) in parameters(scene).into_iter().enumerate() {
+        let label = match k {
+            0 => "parameters",
+            _ => "part",
+        };
+        s.add(label, shown);
+    }
     for (slot, influence) in spec.influences.iter().zip(&scene.material.influences) {
         s.add("influence", format!("{} = {}", slot.name, call(influence)));
     }
@@ -60,17 +66,22 @@ pub fn of(scene: &Scene, simulation: &Simulation) -> Statement {
     s
 }
 
-fn parameters(scene: &Scene) -> String {
+/// Density and parameters of every material, the one outside of all parts first.
+fn parameters(scene: &Scene) -> Vec<String> {
     let material = &scene.material;
-    let pairs = material.law.spec.params.iter().zip(&material.params);
-    let mut shown: Vec<String> = pairs
-        .map(|(p, v)| format!("{} = {}", p.name, with_unit(*v, p.exponents)))
-        .collect();
-    let is_parameter = material.law.spec.params.iter().any(|p| p.name == "density");
-    if let Some(density) = material.density.filter(|_| !is_parameter) {
-        shown.push(format!("density = {density} kg/m^3"));
-    }
-    shown.join(", ")
+    let law = &material.law.spec;
+    let is_parameter = law.params.iter().any(|p| p.name == "density");
+    let shown = |(density, params): (Option<f64>, Vec<f64>)| {
+        let pairs = law.params.iter().zip(params);
+        let mut shown: Vec<String> = pairs
+            .map(|(p, v)| format!("{} = {}", p.name, with_unit(v, p.exponents)))
+            .collect();
+        if let Some(density) = density.filter(|_| !is_parameter) {
+            shown.push(format!("density = {density} kg/m^3"));
+        }
+        shown.join(", ")
+    };
+    material.sets().into_iter().map(shown).collect()
 }
 
 fn with_unit(value: f64, unit: Exponents) -> String {

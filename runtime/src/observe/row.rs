@@ -221,7 +221,7 @@ fn motion(sim: &Simulation) -> [f64; 7] {
             y[d] += state.u[d][s];
             v[d] = state.v[d][s];
         }
-        let m = sim.density * sim.body.volume[node];
+        let m = sim.density.at(s) * sim.body.volume[node];
         let square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
         let l = [
             y[1] * v[2] - y[2] * v[1],

@@ -3,8 +3,10 @@
 use super::document::{Data, Value};
 use super::problem::Problem;
 use super::section::{Section, listed};
+use super::shape;
 use crate::engine::Law;
 use crate::language::{Constant, dimension};
+use crate::shape::Shape;
 use crate::spec::{InfluenceFn, Number, ParamSpec};
 
 /// A law with the values that a scene gives it.
@@ -18,10 +20,29 @@ pub struct Material {
     pub density: Option<f64>,
     /// SI values, one per parameter of the law.
     pub params: Vec<f64>,
+    /// Where the law has other values.
+    pub parts: Vec<Part>,
     /// One per influence function of the law.
     pub influences: Vec<Influence>,
     /// Constants of the full family as sums over a full lattice family instead of integrals.
     pub lattice_constants: bool,
+}
+
+/// A region of another material: the same law with other values. Of several that overlap the last one counts.
+#[derive(Clone, Debug)]
+pub struct Part {
+    pub region: Shape,
+    pub density: Option<f64>,
+    pub params: Vec<f64>,
+}
+
+impl Material {
+    /// Density and parameter values of every material, the one outside of all parts first.
+    pub fn sets(&self) -> Vec<(Option<f64>, Vec<f64>)> {
+        let base = (self.density, self.params.clone());
+        let parts = self.parts.iter().map(|p| (p.density, p.params.clone()));
+        std::iter::once(base).chain(parts).collect()
+    }
 }
 
 /// A choice of influence function.
@@ -58,6 +79,11 @@ pub(super) fn read(section: Section<'_>, dim: usize) -> Option<Material> {
         None if law.spec.force.is_empty() => Some(None),
         None => density(&section).map(Some),
     };
+    let parts: Vec<Option<Part>> = section
+        .sections("part")
+        .into_iter()
+        .map(|part| self::part(part, &law, dim, density.flatten(), &params))
+        .collect();
     let influences = influences(&section, &law);
     let model = section.text("model").map(|m| m.value.to_string());
     section.finish();
@@ -65,9 +91,42 @@ pub(super) fn read(section: Section<'_>, dim: usize) -> Option<Material> {
         model: model?,
         density: density?,
         params: params.into_iter().collect::<Option<_>>()?,
+        parts: parts.into_iter().collect::<Option<_>>()?,
         influences: influences?,
         lattice_constants: constants.unwrap_or(false),
         law,
+    })
+}
+
+/// `[[material.part]]`: what a part does not give is as everywhere.
+fn part(
+    section: Section<'_>,
+    law: &Law,
+    dim: usize,
+    density: Option<f64>,
+    params: &[Option<f64>],
+) -> Option<Part> {
+    let region = shape::read(&section, "region", dim);
+    let region = section.require("region", region, "{ box = .. }, where this material is");
+    let found = law.spec.params.iter().zip(params).map(|(p, base)| {
+        match section.value(&p.name).is_some() {
+            true => parameter(&section, p),
+            false => *base,
+        }
+    });
+    let found: Vec<Option<f64>> = found.collect();
+    let is_density = |p: &ParamSpec| p.name == "density" && p.exponents == dimension::DENSITY;
+    let density = match law.spec.params.iter().position(is_density) {
+        Some(k) => found[k],
+        None if law.spec.force.is_empty() => None,
+        None if section.value("density").is_none() => density,
+        None => Some(self::density(&section)?),
+    };
+    section.finish();
+    Some(Part {
+        region: region?,
+        density,
+        params: found.into_iter().collect::<Option<_>>()?,
     })
 }
 

@@ -5,6 +5,7 @@ use super::body::Nodes;
 use super::problem::{Problem, Problems};
 use crate::body::Body;
 use crate::carve::carve;
+use crate::conditions::nodes_in;
 use crate::engine::Settings;
 use crate::error::InputError;
 use crate::points::{self, Points};
@@ -18,10 +19,15 @@ impl Scene {
     pub fn setup(&self) -> Result<Setup, Problems> {
         Ok(Setup {
             title: self.title.clone(),
-            body: self.body().map_err(|e| self.problem(e))?,
+            body: self.nodes().map_err(|e| self.problem(e))?,
             law: self.material.law.clone(),
             settings: self.settings(),
-            density: self.material.density.unwrap_or(0.0),
+            density: self
+                .material
+                .sets()
+                .iter()
+                .map(|m| m.0.unwrap_or(0.0))
+                .collect(),
             initial: self.initial.clone(),
             conditions: self.conditions.clone(),
             cracks: self.cracks.clone(),
@@ -44,7 +50,7 @@ impl Scene {
     /// How the engine is to be built.
     pub fn settings(&self) -> Settings {
         Settings {
-            materials: vec![self.material.params.clone()],
+            materials: self.material.sets().into_iter().map(|m| m.1).collect(),
             influences: self
                 .material
                 .influences
@@ -57,6 +63,25 @@ impl Scene {
             traversal: self.family.traversal,
             isa: self.family.isa,
         }
+    }
+
+    /// The nodes, each with its material.
+    fn nodes(&self) -> Result<Body, InputError> {
+        let mut body = self.body()?;
+        for (k, part) in self.material.parts.iter().enumerate() {
+            let inside = nodes_in(&body, &part.region);
+            if inside.is_empty() {
+                return Err(InputError::new(
+                    format!("part {} of the material holds no node", k + 1),
+                    "move or enlarge its region; nodes on its boundary count",
+                ));
+            }
+            body.material.resize(body.x.len(), 0);
+            for node in inside {
+                body.material[node as usize] = (k + 1) as u8;
+            }
+        }
+        Ok(body)
     }
 
     fn body(&self) -> Result<Body, InputError> {
