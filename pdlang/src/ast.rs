@@ -69,6 +69,7 @@ pub enum Item {
     Update(Update),
     Family(Family),
     Break(Break),
+    Probe(Probe),
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -149,6 +150,59 @@ pub struct Break {
     pub after: bool,
     pub when: Expr,
     pub span: Span,
+}
+
+/// `probe one_bond in 3d where K = 1 GPa, delta = 2 mm { .. }`
+#[derive(Clone, Debug, PartialEq)]
+pub struct Probe {
+    pub name: Name,
+    pub flavour: Name,
+    pub settings: Vec<Setting>,
+    pub lines: Vec<ProbeLine>,
+}
+
+/// `K = 1 GPa`, `u = (1 um, 0, 0)`
+#[derive(Clone, Debug, PartialEq)]
+pub struct Setting {
+    pub name: Name,
+    pub value: Components,
+}
+
+/// A scalar is one row of one; a vector one row; a tensor one row per first index.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Components {
+    pub rows: Vec<Vec<Expr>>,
+    pub span: Span,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub enum ProbeLine {
+    Let(Name, Expr),
+    /// `node a = (0, 0, 0), V = 1 mm^3`
+    Node {
+        name: Name,
+        position: Components,
+        settings: Vec<Setting>,
+    },
+    /// `lattice 1 mm, H = (..)`; the span is that of the word.
+    Lattice {
+        spacing: Expr,
+        settings: Vec<Setting>,
+        span: Span,
+    },
+    /// `break (a, b)`
+    Cut(Name, Name),
+    Expect(Expectation),
+}
+
+/// `expect W(a) = .. within 1e-9`
+#[derive(Clone, Debug, PartialEq)]
+pub struct Expectation {
+    pub rate: bool,
+    pub name: Name,
+    pub place: Vec<Name>,
+    pub value: Components,
+    pub within: Option<Expr>,
 }
 
 /// `: vector`, `: temperature`, `: tensor pressure`, `: [J/m^2]`

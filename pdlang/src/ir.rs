@@ -48,6 +48,8 @@ id!(
 #[derive(Clone, Debug)]
 pub struct Law {
     pub name: String,
+    /// Where the name stands.
+    pub span: Span,
     pub title: String,
     /// Papers with equation numbers, as written.
     pub cites: Vec<String>,
@@ -60,6 +62,7 @@ pub struct Law {
     pub defs: Vec<Def>,
     pub responses: Vec<Response>,
     pub breaks: Vec<Break>,
+    pub probes: Vec<crate::probe::Probe>,
     pub exprs: Vec<Expr>,
 }
 

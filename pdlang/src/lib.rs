@@ -15,6 +15,7 @@ mod parse;
 pub mod plan;
 pub mod poly;
 pub mod print;
+pub mod probe;
 pub mod quantity;
 pub mod ratio;
 mod resolve;

@@ -126,7 +126,7 @@ fn formulas(law: &Law) -> Vec<String> {
         .collect()
 }
 
-/// A law is a page of maths: the promised lengths of the two best known ones.
+/// A law is a page of maths: the promised lengths of the two best known ones, without their probes.
 #[test]
 fn catalogue_laws_are_short() {
     for (name, lines) in [("pmb", 12), ("lps", 20)] {
@@ -138,6 +138,7 @@ fn catalogue_laws_are_short() {
         let code = text
             .lines()
             .map(str::trim)
+            .take_while(|line| !line.starts_with("probe "))
             .filter(|line| !line.is_empty() && !line.starts_with('#'));
         assert!(code.count() <= lines, "{name} is longer than {lines} lines");
     }

@@ -90,7 +90,9 @@ fn laws_in_documents_are_without_findings() {
 fn the_readme_shows_files_as_they_are() {
     let readme = read("README.md");
     let law = blocks(&readme, "pd")[0];
-    assert!(read("models/laws/gpmb.pd").ends_with(law));
+    // Without its probes.
+    let shown = law.trim_end().trim_end_matches('}');
+    assert!(read("models/laws/gpmb.pd").contains(shown));
     assert_eq!(
         blocks(&readme, "toml"),
         [read("examples/cracked-plate.toml")]

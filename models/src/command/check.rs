@@ -2,13 +2,13 @@
 
 use clap::{Arg, ArgMatches, Command};
 use pdlang::diag::Diagnostic;
-use pdlang::front;
+use pdlang::{front, probe};
 
 use super::{Failure, Outcome, color};
 
 pub fn command() -> Command {
     Command::new("check")
-        .about("Check law files: names, shapes, units, bounds, metadata")
+        .about("Check law files: names, shapes, units, bounds, metadata, and the values of their probes")
         .arg(
             Arg::new("files")
                 .value_name("FILE.pd")
@@ -41,10 +41,12 @@ fn check(path: &str) -> bool {
         }
     };
     let checked = front::file(&text);
-    for diagnostic in &checked.diagnostics {
+    let probed = checked.laws.iter().flat_map(probe::findings);
+    let findings: Vec<Diagnostic> = checked.diagnostics.iter().cloned().chain(probed).collect();
+    for diagnostic in &findings {
         eprintln!("{}\n", diagnostic.render(&text, path, color()));
     }
-    if checked.diagnostics.iter().any(Diagnostic::is_error) {
+    if findings.iter().any(Diagnostic::is_error) {
         return false;
     }
     println!("{path}: ok ({})", contents(&checked));

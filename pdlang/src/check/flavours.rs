@@ -39,7 +39,7 @@ pub(crate) fn complete(arms: &[(Name, Expr)], span: Span) -> Vec<Diagnostic> {
     findings
 }
 
-fn unknown(name: &Name) -> Diagnostic {
+pub(crate) fn unknown(name: &Name) -> Diagnostic {
     let finding = Diagnostic::error(CODE, format!("there is no flavour `{}`", name.text))
         .at(name.span, "unknown flavour");
     match suggest::question(&name.text, Flavour::ALL.map(Flavour::name)) {

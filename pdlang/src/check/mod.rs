@@ -21,6 +21,8 @@ pub(crate) mod meets; // PD035: an unknown way for two materials to meet
 pub(crate) mod names; // PD002: a name that means nothing here
 pub(crate) mod numbers; // PD013: a unit where only a number makes sense
 pub(crate) mod primes; // PD021: a prime on what has no other end
+pub(crate) mod probed; // PD061: a law that does not give the value that a probe expects
+pub(crate) mod probes; // PD060: a probe that does not fit its law
 pub(crate) mod quantities; // PD034: a default, bound or argument that does not have the right unit
 pub(crate) mod reserved; // PD004: a name that the language uses itself
 pub(crate) mod responses; // PD040: a law that does not answer, or answers twice
@@ -35,6 +37,7 @@ pub(crate) mod titles; // PD030: a law without a title
 pub(crate) mod unit_mismatch; // PD012: units that differ where they must agree
 pub(crate) mod unit_of_response; // PD015: a response in the wrong unit
 pub(crate) mod units; // PD011: a unit or kind that does not exist
+pub(crate) mod unprobed; // PD103: a law without a probe
 pub(crate) mod unused; // PD102: a definition that nothing uses
 
 #[cfg(test)]

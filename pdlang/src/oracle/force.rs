@@ -34,6 +34,37 @@ impl Oracle<'_> {
         Ok(force)
     }
 
+    /// Strain energy density of one node [J/m^3].
+    pub(crate) fn energy_of(&self, state: &State, k: usize) -> Result<f64, Error> {
+        self.density(&self.evaluator(state)?, k)
+    }
+
+    /// Force density of one node [N/m^3], and the sum of the magnitudes of its bonds' forces.
+    pub(crate) fn force_on(&self, state: &State, k: usize) -> Result<([f64; 3], f64), Error> {
+        let evaluator = self.evaluator(state)?;
+        let (mut force, mut scale) = ([0.0; 3], 0.0);
+        for &b in &self.bonds_of[k] {
+            let weight = self.body.bonds[b].weight;
+            let direct = self.direct_bond_force(&evaluator, b)?;
+            let mut whole = direct;
+            if self.has_energy() {
+                let (own, back) = (
+                    self.slope_by_bond(state, b)?,
+                    self.slope_by_bond(state, self.reverse_of(b)?)?,
+                );
+                whole = std::array::from_fn(|a| direct[a] + own[a] - back[a]);
+            }
+            force = std::array::from_fn(|a| force[a] + direct[a] * weight);
+            scale += whole.iter().map(|c| c * c).sum::<f64>().sqrt() * weight;
+        }
+        if self.has_energy() {
+            for (a, f) in force.iter_mut().enumerate().take(self.dim()) {
+                *f -= self.slope_of_energy(state, k, a)?;
+            }
+        }
+        Ok((force, scale))
+    }
+
     /// Derivative of the force density along the displacement increment `du` [N/m^3].
     ///
     /// # Errors

@@ -206,6 +206,21 @@ impl<'a> Oracle<'a> {
     pub fn named(&self, state: &State, name: &str) -> Result<Vec<Value<f64>>, Error> {
         let def = self.law.defs.iter().find(|def| def.name == name);
         let def = def.ok_or_else(|| Error(format!("the law defines no `{name}`")))?;
+        self.values(state, def)
+    }
+
+    /// As [`Oracle::named`], by number.
+    pub(crate) fn named_def(&self, state: &State, id: ir::DefId) -> Result<Vec<Value<f64>>, Error> {
+        self.values(state, &self.law.defs[id.index()])
+    }
+
+    /// The bond between two nodes, where there is one.
+    pub(crate) fn bond(&self, from: usize, to: usize) -> Option<usize> {
+        let bonds = &self.body.bonds;
+        bonds.iter().position(|b| b.from == from && b.to == to)
+    }
+
+    fn values(&self, state: &State, def: &ir::Def) -> Result<Vec<Value<f64>>, Error> {
         let evaluator = self.evaluator(state)?;
         match def.home {
             ir::Home::Constant => Ok(vec![evaluator.at(def.expr, Place::Nowhere)?]),

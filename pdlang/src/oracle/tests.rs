@@ -27,6 +27,7 @@ impl Builder {
         };
         Builder(Law {
             name: "test".into(),
+            span: Span::default(),
             title: String::new(),
             cites: Vec::new(),
             params: (0..params).map(param).collect(),
@@ -40,6 +41,7 @@ impl Builder {
             defs: Vec::new(),
             responses: Vec::new(),
             breaks: Vec::new(),
+            probes: Vec::new(),
             exprs: Vec::new(),
         })
     }

@@ -75,21 +75,21 @@ impl<'t> Reader<'t> {
     }
 
     /// Says where a scrap goes wrong, if not enough has been said already.
-    pub(super) fn scrap(&self, pair: &Pair<'t, Rule>, probe: Rule, report: &mut Vec<Diagnostic>) {
+    pub(super) fn scrap(&self, pair: &Pair<'t, Rule>, again: Rule, report: &mut Vec<Diagnostic>) {
         if report.len() >= MAX_PROBES {
             return;
         }
         let start = pair.as_span().start();
         let rest = self.text.get(start..).unwrap_or_default();
-        if self.parse(probe, rest, start, report).is_some() {
+        if self.parse(again, rest, start, report).is_some() {
             report.push(syntax::unreadable(self.span(pair)));
         }
     }
 
     /// The names that a scrap would have declared: at its start, and where reading stopped.
-    pub(super) fn declared(&self, pair: &Pair<'t, Rule>, probe: Rule) -> Vec<Name> {
+    pub(super) fn declared(&self, pair: &Pair<'t, Rule>, again: Rule) -> Vec<Name> {
         let scrap = pair.as_str();
-        let stopped = Grammar::parse(probe, scrap)
+        let stopped = Grammar::parse(again, scrap)
             .err()
             .map(|error| match error.location {
                 InputLocation::Pos(at) | InputLocation::Span((at, _)) => at,
@@ -182,6 +182,19 @@ fn expectation(rule: Rule) -> Expected {
         Rule::kw_after => Token("after"),
         Rule::kw_on => Token("on"),
         Rule::kw_in => Token("in"),
+        Rule::kw_within => Token("within"),
+        Rule::kw_rate => Token("rate"),
+        Rule::components | Rule::rows | Rule::row => {
+            Word("a value, or components such as `(1 mm, 0, 0)`")
+        }
+        Rule::setting => Word("a setting such as `K = 1 GPa`"),
+        Rule::place => Word("a place such as `(a)`"),
+        Rule::probe_line
+        | Rule::probe_let
+        | Rule::probe_node
+        | Rule::probe_lattice
+        | Rule::probe_cut
+        | Rule::expectation => Word("`let`, `node`, `lattice`, `break` or `expect`"),
         Rule::kw_flavour => Token("flavour"),
         Rule::kw_node => Token("node"),
         Rule::kw_bond => Token("bond"),

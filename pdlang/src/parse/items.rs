@@ -19,6 +19,7 @@ impl<'t> Reader<'t> {
             Rule::update => ast::Item::Update(self.update(item)?),
             Rule::family => ast::Item::Family(self.family(item)?),
             Rule::breaking => ast::Item::Break(self.breaking(item)?),
+            Rule::probe => ast::Item::Probe(self.probe(item)?),
             _ => return Err(Failure::Unexpected),
         })
     }

@@ -8,6 +8,7 @@ mod expressions;
 mod files;
 mod items;
 mod numbers;
+mod probes;
 
 use crate::ast::{self, Expr, Name, Text};
 use crate::diag::Diagnostic;

@@ -153,7 +153,7 @@ pub(crate) fn declared(item: &Item) -> Option<&Name> {
         Item::Field(field) => Some(&field.name),
         Item::History(history) => Some(&history.name),
         Item::Family(family) => Some(&family.name),
-        Item::Response(_) | Item::Update(_) | Item::Break(_) => None,
+        Item::Response(_) | Item::Update(_) | Item::Break(_) | Item::Probe(_) => None,
     }
 }
 
@@ -173,6 +173,6 @@ pub(crate) fn item_word(item: &Item) -> &'static str {
         Item::Field(_) => "field",
         Item::History(_) => "history",
         Item::Family(_) => "family",
-        Item::Response(_) | Item::Update(_) | Item::Break(_) => "response",
+        Item::Response(_) | Item::Update(_) | Item::Break(_) | Item::Probe(_) => "response",
     }
 }

@@ -13,8 +13,10 @@ pub(crate) mod influence;
 pub(crate) mod library;
 mod lookup;
 pub(crate) mod names;
+mod numbers;
 mod order;
 mod params;
+mod probes;
 mod typing;
 mod walk;
 
@@ -40,8 +42,9 @@ pub(crate) fn law(model: &Model, library: &Library, report: &mut Vec<Diagnostic>
         law.symbols.insert(definition.name.text.clone(), symbol);
     }
     let (responses, breaks) = law.answers(model);
-    let law = Law {
+    let mut law = Law {
         name: model.name.text.clone(),
+        span: model.name.span,
         title: model
             .title
             .as_ref()
@@ -56,15 +59,40 @@ pub(crate) fn law(model: &Model, library: &Library, report: &mut Vec<Diagnostic>
         defs: law.defs,
         responses,
         breaks,
+        probes: Vec::new(),
         exprs: law.exprs,
     };
-    let sound = model.complete && !findings.iter().any(Diagnostic::is_error);
-    if sound {
+    let sound =
+        |findings: &[Diagnostic]| model.complete && !findings.iter().any(Diagnostic::is_error);
+    if sound(&findings) {
+        law.probes = probes(model, &law, library, &mut findings);
         // In a law with errors, what seems unused may be needed where the error is.
         order::unused(model, &mut findings);
     }
+    let sound = sound(&findings);
     report.append(&mut findings);
     sound.then_some(law)
+}
+
+/// The probes of a law that is right.
+fn probes(
+    model: &Model,
+    law: &Law,
+    library: &Library,
+    report: &mut Vec<Diagnostic>,
+) -> Vec<crate::probe::Probe> {
+    let energy = model.items.iter().find_map(|item| match item {
+        Item::Response(r) if r.kind == ResponseKind::Energy => Some(r.name.text.as_str()),
+        _ => None,
+    });
+    let (mut found, mut names) = (Vec::new(), HashMap::new());
+    for item in &model.items {
+        let Item::Probe(written) = item else { continue };
+        if check::duplicates::first(&mut names, &written.name, report) {
+            found.extend(probes::probe(written, law, energy, library, report));
+        }
+    }
+    found
 }
 
 fn metadata(model: &Model, report: &mut Vec<Diagnostic>) {
