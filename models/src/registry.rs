@@ -76,6 +76,11 @@ impl Entry {
         }
     }
 
+    /// The law's file, as its page in `docs/laws` links to it.
+    pub fn link(&self) -> String {
+        format!("../../models/laws/{}.pd", self.name)
+    }
+
     /// The law at a dimension, with its machine code.
     pub fn compiled(&self, dim: usize) -> Option<Law> {
         Law::compiled(self.kernels, dim).ok()

@@ -61,7 +61,7 @@ fn law(law: Law) -> Result<Compiled, Diagnostic> {
     Ok(Compiled { law, specs })
 }
 
-fn too_large(law: &Law, dim: usize) -> Diagnostic {
+pub(crate) fn too_large(law: &Law, dim: usize) -> Diagnostic {
     let place = law
         .defs
         .iter()

@@ -25,8 +25,21 @@ impl Checked {
     }
 }
 
+/// A text, as it was read and as it was understood.
+pub(crate) struct Source<'a> {
+    pub checked: Checked,
+    /// The tree of each model; of a text without errors, one per law.
+    pub models: Vec<ast::Model>,
+    pub library: Library<'a>,
+}
+
 /// Reads and checks a file of laws and library definitions.
 pub fn file(text: &str) -> Checked {
+    source(text).checked
+}
+
+/// As [`file`], with the trees that the laws were made of.
+pub(crate) fn source(text: &str) -> Source<'_> {
     let mut report = Vec::new();
     let mut file = parse::file(text, false, &mut report);
     let models = std::mem::take(&mut file.models);
@@ -37,10 +50,14 @@ pub fn file(text: &str) -> Checked {
         .filter_map(|model| resolve::law(model, &library, &mut report))
         .collect();
     diag::sort(&mut report);
-    Checked {
-        laws,
-        influences: library.own.influences,
-        diagnostics: report,
+    Source {
+        checked: Checked {
+            laws,
+            influences: library.own.influences.clone(),
+            diagnostics: report,
+        },
+        models,
+        library,
     }
 }
 

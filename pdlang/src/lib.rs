@@ -7,6 +7,7 @@ pub mod constants;
 pub mod derive;
 pub mod diag;
 pub mod direct;
+pub mod emit;
 pub mod front;
 pub mod ir;
 pub mod lower;

@@ -4,6 +4,7 @@
 //! unstable or could not go on. 130: the user stopped it.
 
 mod check;
+mod emit;
 mod models;
 mod plan;
 mod progress;
@@ -78,6 +79,7 @@ fn cli() -> Command {
         .subcommand(plan::command())
         .subcommand(check::command())
         .subcommand(models::command())
+        .subcommand(emit::command())
 }
 
 fn dispatch(matches: &ArgMatches) -> Outcome {
@@ -86,6 +88,7 @@ fn dispatch(matches: &ArgMatches) -> Outcome {
         Some(("plan", m)) => plan::execute(m),
         Some(("check", m)) => check::execute(m),
         Some(("models", m)) => models::execute(m),
+        Some(("emit", m)) => emit::execute(m),
         // The parser has refused everything else.
         _ => Ok(()),
     }

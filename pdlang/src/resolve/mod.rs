@@ -5,7 +5,7 @@
 //! expressions and `library` for what is defined outside of it.
 
 mod calls;
-mod declare;
+pub(crate) mod declare;
 mod define;
 mod elaborate;
 mod facts;
@@ -18,7 +18,7 @@ mod order;
 mod params;
 mod probes;
 mod typing;
-mod walk;
+pub(crate) mod walk;
 
 use crate::ast::{Item, Model, ResponseKind};
 use crate::check;

@@ -33,3 +33,22 @@ pub(crate) fn operands(kind: &ExprKind) -> Vec<ExprId> {
         _ => Vec::new(),
     }
 }
+
+/// Every name that a written expression mentions, functions too.
+pub(crate) fn called(expr: &ast::Expr, found: &mut Vec<String>) {
+    use ast::ExprKind::*;
+    match &expr.kind {
+        Number(..) => {}
+        Name(text) => found.push(text.clone()),
+        Call { name, args, .. } => {
+            found.push(name.text.clone());
+            args.iter().for_each(|arg| called(&arg.value, found));
+        }
+        Neg(a) | Not(a) | Prime(a) | Component(a, _) => called(a, found),
+        Binary(_, a, b) | Compare(_, a, b) => {
+            called(a, found);
+            called(b, found);
+        }
+        Case(arms) => arms.iter().for_each(|(_, arm)| called(arm, found)),
+    }
+}

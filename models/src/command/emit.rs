@@ -1,0 +1,86 @@
+//! `pdlang emit`: a law at any stage of its journey, printed.
+
+use clap::builder::PossibleValuesParser;
+use clap::{Arg, ArgMatches, Command};
+use pdlang::emit::{self, Stage};
+use pdlang_models::registry;
+
+use super::{Failure, Outcome, color, input_error};
+
+pub fn command() -> Command {
+    Command::new("emit")
+        .about("Print a law at a stage of its journey from text to kernel, or as a page")
+        .arg(
+            Arg::new("law")
+                .value_name("LAW")
+                .help("A law of the catalogue, or a .pd file")
+                .required(true),
+        )
+        .arg(
+            Arg::new("stage")
+                .long("stage")
+                .help("What to print")
+                .required(true)
+                .value_parser(PossibleValuesParser::new(Stage::ALL.map(Stage::name))),
+        )
+        .after_help(
+            "ast: the tree as it was read. ir: after all checks. passes: the sweeps of each dimension. \
+             rust: the kernels. latex, markdown: the page of the law.",
+        )
+}
+
+pub fn execute(matches: &ArgMatches) -> Outcome {
+    let word = |id: &str| matches.get_one::<String>(id).map_or("", String::as_str);
+    let (law, stage) = (word("law"), word("stage"));
+    // The parser has refused every other word.
+    let Some(stage) = Stage::ALL.into_iter().find(|s| s.name() == stage) else {
+        return Ok(());
+    };
+    let Text { text, path, link } = read(law)?;
+    match emit::emit(&text, stage, Some(&link)) {
+        Ok(shown) => {
+            print!("{shown}");
+            Ok(())
+        }
+        Err(findings) => {
+            let shown: Vec<String> = findings
+                .iter()
+                .map(|d| d.render(&text, &path, color()))
+                .collect();
+            Err(Failure::Input(shown.join("\n\n")))
+        }
+    }
+}
+
+/// The text of a law, what it is called in messages, and where a page in `docs/laws` finds it.
+struct Text {
+    text: String,
+    path: String,
+    link: String,
+}
+
+fn read(law: &str) -> Result<Text, Failure> {
+    if let Some(entry) = registry::find(law) {
+        return Ok(Text {
+            text: entry.text.into(),
+            path: law.into(),
+            link: entry.link(),
+        });
+    }
+    if !law.ends_with(".pd") {
+        return Err(input_error(
+            format!("there is no law `{law}` in the catalogue"),
+            format!(
+                "known laws: {}; or give a .pd file",
+                registry::names().join(", ")
+            ),
+        ));
+    }
+    let text = std::fs::read_to_string(law)
+        .map_err(|error| Failure::plain(format!("cannot read `{law}`: {error}")))?;
+    Ok(Text {
+        text,
+        path: law.into(),
+        link: law.into(),
+    })
+}

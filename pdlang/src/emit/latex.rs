@@ -1,0 +1,245 @@
+//! Written expressions as LaTeX, in the notation of the papers.
+//!
+//! A sum runs over the other ends j of the bonds of a node and is weighted with their volumes; H is the
+//! family of intact bonds, H_0 that of all there ever were. A prime is the other end.
+
+use super::symbols;
+use crate::ast::{Argument, Expr, ExprKind};
+use crate::ir::{BinaryOp, CompareOp, Law, Shape};
+
+/// How tightly a formula holds together, loosest first.
+#[derive(Clone, Copy, PartialEq, PartialOrd)]
+enum Tight {
+    Logic,
+    Compare,
+    Sum,
+    Product,
+    Power,
+    Atom,
+}
+
+/// What a formula needs to know of its law.
+pub(super) struct Notation<'a> {
+    pub law: &'a Law,
+}
+
+impl Notation<'_> {
+    pub(super) fn expr(&self, e: &Expr) -> String {
+        self.tight(e).0
+    }
+
+    /// A value, in bold where it is a vector or a tensor.
+    pub(super) fn name(&self, name: &str) -> String {
+        match name {
+            "velocity" => return "\\mathbf{v}".into(),
+            "edot" => return "\\dot e".into(),
+            "dim" => return "d".into(),
+            "inf" => return "\\infty".into(),
+            _ => {}
+        }
+        let primitive = matches!(name, "xi" | "eta" | "X" | "I" | "Y" | "M");
+        let of_law = |shape: Shape| !matches!(shape, Shape::Scalar | Shape::Boolean);
+        let found = self
+            .law
+            .defs
+            .iter()
+            .find(|def| def.name == name)
+            .map(|def| def.shape);
+        let field = self
+            .law
+            .fields
+            .iter()
+            .find(|f| f.name == name)
+            .map(|f| f.shape);
+        let history = self
+            .law
+            .histories
+            .iter()
+            .find(|h| h.name == name)
+            .map(|h| h.shape);
+        let bold = found.or(field).or(history).map_or(primitive, of_law);
+        symbols::name(name, bold)
+    }
+
+    fn tight(&self, e: &Expr) -> (String, Tight) {
+        match &e.kind {
+            ExprKind::Number(value, None) => (symbols::number(*value), Tight::Atom),
+            ExprKind::Number(value, Some(unit)) => (
+                format!("{}\\,{}", symbols::number(*value), symbols::unit(unit)),
+                Tight::Product,
+            ),
+            ExprKind::Name(name) => (self.name(name), Tight::Atom),
+            ExprKind::Call { name, family, args } => {
+                let family = family.as_ref().map(|f| f.text.as_str());
+                self.call(&name.text, family, args)
+            }
+            ExprKind::Neg(a) => (format!("-{}", self.at_least(a, Tight::Product)), Tight::Sum),
+            ExprKind::Not(a) => (
+                format!("\\lnot {}", self.at_least(a, Tight::Atom)),
+                Tight::Power,
+            ),
+            ExprKind::Binary(op, a, b) => self.binary(*op, a, b),
+            ExprKind::Compare(op, a, b) => {
+                let sign = match op {
+                    CompareOp::Lt => "<",
+                    CompareOp::Le => "\\le",
+                    CompareOp::Gt => ">",
+                    CompareOp::Ge => "\\ge",
+                };
+                let (a, b) = (self.at_least(a, Tight::Sum), self.at_least(b, Tight::Sum));
+                (format!("{a} {sign} {b}"), Tight::Compare)
+            }
+            ExprKind::Component(a, axes) => (
+                format!("{{{}}}_{{{}}}", self.at_least(a, Tight::Atom), axes.text),
+                Tight::Atom,
+            ),
+            ExprKind::Prime(a) => (
+                format!("{{{}}}'", self.at_least(a, Tight::Atom)),
+                Tight::Atom,
+            ),
+            ExprKind::Case(arms) => {
+                let arm = |(flavour, value): &(crate::ast::Name, Expr)| {
+                    format!("{} & \\text{{{}}}", self.expr(value), words(&flavour.text))
+                };
+                let arms: Vec<String> = arms.iter().map(arm).collect();
+                (
+                    format!("\\begin{{cases}} {} \\end{{cases}}", arms.join(" \\\\ ")),
+                    Tight::Logic,
+                )
+            }
+        }
+    }
+
+    fn at_least(&self, e: &Expr, wanted: Tight) -> String {
+        match self.tight(e) {
+            (text, tight) if tight >= wanted => text,
+            (text, _) => format!("\\left({text}\\right)"),
+        }
+    }
+
+    fn binary(&self, op: BinaryOp, a: &Expr, b: &Expr) -> (String, Tight) {
+        let at = |e: &Expr, tight| self.at_least(e, tight);
+        match op {
+            BinaryOp::Add => (
+                format!("{} + {}", at(a, Tight::Sum), at(b, Tight::Product)),
+                Tight::Sum,
+            ),
+            BinaryOp::Sub => (
+                format!("{} - {}", at(a, Tight::Sum), at(b, Tight::Product)),
+                Tight::Sum,
+            ),
+            BinaryOp::Mul => {
+                let (left, right) = (at(a, Tight::Product), at(b, Tight::Product));
+                // A digit must not follow a number.
+                let between = if right.starts_with(|c: char| c.is_ascii_digit()) {
+                    " \\cdot "
+                } else {
+                    "\\,"
+                };
+                (format!("{left}{between}{right}"), Tight::Product)
+            }
+            BinaryOp::Div => (
+                format!("\\frac{{{}}}{{{}}}", self.expr(a), self.expr(b)),
+                Tight::Product,
+            ),
+            BinaryOp::Pow => (
+                format!("{{{}}}^{{{}}}", at(a, Tight::Atom), self.expr(b)),
+                Tight::Power,
+            ),
+            BinaryOp::And => (
+                format!("{} \\land {}", at(a, Tight::Compare), at(b, Tight::Compare)),
+                Tight::Logic,
+            ),
+            BinaryOp::Or => (
+                format!("{} \\lor {}", at(a, Tight::Compare), at(b, Tight::Compare)),
+                Tight::Logic,
+            ),
+        }
+    }
+
+    fn call(&self, name: &str, family: Option<&str>, args: &[Argument]) -> (String, Tight) {
+        let all: Vec<String> = args.iter().map(|a| self.expr(&a.value)).collect();
+        let atom = |k: usize| {
+            args.get(k)
+                .map_or(String::new(), |a| self.at_least(&a.value, Tight::Atom))
+        };
+        let product = |k: usize| {
+            args.get(k)
+                .map_or(String::new(), |a| self.at_least(&a.value, Tight::Product))
+        };
+        let (one, list) = (all.first().cloned().unwrap_or_default(), all.join(", "));
+        let over = |letter: &str| match family {
+            Some(family) => format!("\\mathcal{{H}}{letter}^{{\\text{{{}}}}}", words(family)),
+            None => format!("\\mathcal{{H}}{letter}"),
+        };
+        match name {
+            "sum" => (
+                format!("\\sum_{{j \\in {}}} {}\\,V_j", over(""), product(0)),
+                Tight::Product,
+            ),
+            "sum0" => (
+                format!("\\sum_{{j \\in {}}} {}\\,V_j", over("_0"), product(0)),
+                Tight::Product,
+            ),
+            "mean" | "min" | "max" | "count" if family.is_some() || args.len() == 1 => {
+                let word = if name == "count" {
+                    "\\#".into()
+                } else {
+                    format!("\\{}", operator(name))
+                };
+                (
+                    format!("{word}_{{j \\in {}}} {}", over(""), product(0)),
+                    Tight::Product,
+                )
+            }
+            "ball" => (
+                format!(
+                    "\\int_{{\\mathcal{{B}}_\\delta}} {}\\,\\mathrm{{d}}V",
+                    product(0)
+                ),
+                Tight::Product,
+            ),
+            "norm" => (format!("\\lVert {one} \\rVert"), Tight::Atom),
+            "abs" => (format!("\\lvert {one} \\rvert"), Tight::Atom),
+            "sqrt" => (format!("\\sqrt{{{one}}}"), Tight::Atom),
+            "dot" => (
+                format!("{} \\cdot {}", product(0), product(1)),
+                Tight::Product,
+            ),
+            "outer" => (
+                format!("{} \\otimes {}", product(0), product(1)),
+                Tight::Product,
+            ),
+            "inverse" => (format!("{{{}}}^{{-1}}", atom(0)), Tight::Power),
+            "transpose" => (format!("{{{}}}^{{\\mathsf{{T}}}}", atom(0)), Tight::Power),
+            "exp" => (format!("\\mathrm{{e}}^{{{one}}}"), Tight::Power),
+            "select" if all.len() == 3 => (
+                format!(
+                    "\\begin{{cases}} {} & {one} \\\\ {} & \\text{{otherwise}} \\end{{cases}}",
+                    all[1], all[2]
+                ),
+                Tight::Logic,
+            ),
+            "tr" | "sym" | "dev" | "det" | "ln" | "sin" | "cos" | "tan" | "min" | "max" => (
+                format!("\\{}\\left({list}\\right)", operator(name)),
+                Tight::Atom,
+            ),
+            _ => (
+                format!("{}\\left({list}\\right)", symbols::name(name, false)),
+                Tight::Atom,
+            ),
+        }
+    }
+}
+
+/// LaTeX knows some operators by name; the others are set upright.
+fn operator(name: &str) -> String {
+    match name {
+        "det" | "ln" | "sin" | "cos" | "tan" | "min" | "max" => name.into(),
+        _ => format!("operatorname{{{name}}}"),
+    }
+}
+
+fn words(name: &str) -> String {
+    name.replace('_', " ")
+}

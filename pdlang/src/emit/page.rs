@@ -1,0 +1,446 @@
+//! The page of a law, generated from its text: what it says, in which notation, with which parameters.
+
+use super::latex::Notation;
+use super::symbols;
+use crate::ast::{self, Components, Item, Model, ProbeLine, ResponseKind, Setting};
+use crate::front::Source;
+use crate::ir::{Bound, Home, Law, Meet, Param};
+use crate::resolve::walk;
+use crate::span::Span;
+use std::collections::BTreeSet;
+
+/// A paragraph of the page.
+enum Part {
+    Heading(String),
+    Text(String),
+    /// Columns, then rows; formulas are in `$`.
+    Table(Vec<&'static str>, Vec<Vec<String>>),
+    /// What stands before a formula, and the formula.
+    Equation(String, String),
+}
+
+/// The page as a LaTeX fragment.
+pub(super) fn latex(law: &Law, model: &Model, source: &Source) -> String {
+    let mut text = format!("\\section*{{{}}}\n", symbols::prose(&law.title));
+    for part in parts(law, model, source) {
+        text += &match part {
+            Part::Heading(heading) => format!("\n\\subsection*{{{heading}}}\n"),
+            Part::Text(words) => format!("\n{}\n", code_in_latex(&words)),
+            Part::Equation(before, formula) => {
+                format!("\n{}\n\\[ {formula} \\]\n", code_in_latex(&before))
+            }
+            Part::Table(columns, rows) => {
+                let row = |cells: Vec<String>| {
+                    let cells: Vec<String> = cells.iter().map(|c| cell_in_latex(c)).collect();
+                    format!("{} \\\\\n", cells.join(" & "))
+                };
+                let head = row(columns.iter().map(|c| c.to_string()).collect());
+                let rows: String = rows.into_iter().map(row).collect();
+                let layout = "l".repeat(columns.len());
+                format!("\n\\begin{{tabular}}{{{layout}}}\n{head}\\hline\n{rows}\\end{{tabular}}\n")
+            }
+        };
+    }
+    text
+}
+
+/// The page as Markdown with formulas. `link` leads to the text of the law.
+pub(super) fn markdown(law: &Law, model: &Model, source: &Source, link: Option<&str>) -> String {
+    let mut text = format!("# {}\n", law.title);
+    if let Some(link) = link {
+        let file = link.rsplit('/').next().unwrap_or(link);
+        text += &format!("\nGenerated from [{file}]({link}).\n");
+    }
+    for part in parts(law, model, source) {
+        text += &match part {
+            Part::Heading(heading) => format!("\n## {heading}\n"),
+            Part::Text(words) => format!("\n{words}\n"),
+            Part::Equation(before, formula) if before.is_empty() => {
+                format!("\n```math\n{formula}\n```\n")
+            }
+            Part::Equation(before, formula) => format!("\n{before}\n\n```math\n{formula}\n```\n"),
+            Part::Table(columns, rows) => {
+                let row = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
+                let head: Vec<String> = columns.iter().map(|c| c.to_string()).collect();
+                let rule = vec!["---".to_string(); columns.len()];
+                let rows: String = rows.iter().map(|r| row(r)).collect();
+                format!("\n{}{}{rows}", row(&head), row(&rule))
+            }
+        };
+    }
+    text
+}
+
+/// `code` becomes typewriter; formulas stay.
+fn code_in_latex(words: &str) -> String {
+    let part = |(k, part): (usize, &str)| match k % 2 {
+        0 => formulas_kept(part),
+        _ => format!("\\texttt{{{}}}", symbols::prose(part)),
+    };
+    words.split('`').enumerate().map(part).collect()
+}
+
+fn cell_in_latex(cell: &str) -> String {
+    code_in_latex(cell)
+}
+
+fn formulas_kept(words: &str) -> String {
+    let part = |(k, part): (usize, &str)| match k % 2 {
+        0 => symbols::prose(part),
+        _ => format!("${part}$"),
+    };
+    words.split('$').enumerate().map(part).collect()
+}
+
+fn parts(law: &Law, model: &Model, source: &Source) -> Vec<Part> {
+    let notation = Notation { law };
+    let mut parts: Vec<Part> = vec![Part::Text(format!("`{}`", law.name))];
+    parts.extend(law.cites.iter().map(|cite| Part::Text(cite.clone())));
+    if !law.params.is_empty() {
+        parts.push(Part::Heading("Parameters".into()));
+        let rows = law.params.iter().map(|p| param(p, &notation)).collect();
+        parts.push(Part::Table(
+            vec!["symbol", "unit", "bounds", "default", "what"],
+            rows,
+        ));
+    }
+    unknowns(law, &notation, &mut parts);
+    parts.push(Part::Heading("Definitions".into()));
+    parts.push(Part::Text(
+        "$d$ is the number of dimensions, $\\delta$ the horizon, $V_j$ the volume of the node at the other end of a bond, \
+         $\\mathcal{H}$ the family of intact bonds, $\\mathcal{H}_0$ that of the undamaged body, $\\mathcal{B}_\\delta$ the \
+         whole horizon. A prime is the other end of the bond."
+            .into(),
+    ));
+    for item in &model.items {
+        parts.extend(equation(item, &notation, source));
+    }
+    parts.extend(functions(model, source, &notation));
+    for item in &model.items {
+        if let Item::Probe(probe) = item {
+            if !parts
+                .iter()
+                .any(|p| matches!(p, Part::Heading(h) if h == "Probes"))
+            {
+                parts.push(Part::Heading("Probes".into()));
+            }
+            parts.extend(probed(probe, &notation));
+        }
+    }
+    parts
+}
+
+fn param(p: &Param, notation: &Notation) -> Vec<String> {
+    let side = |b: Option<Bound>, strict: &str, loose: &str| {
+        b.map(|b| {
+            format!(
+                "${} {}$",
+                if b.inclusive { loose } else { strict },
+                symbols::number(b.value)
+            )
+        })
+    };
+    let sides = [side(p.lower, ">", "\\ge"), side(p.upper, "<", "\\le")];
+    let unit = if p.unit.is_number() {
+        "1".into()
+    } else {
+        p.unit.symbol()
+    };
+    let met = match Meet::WORDS.iter().find(|(_, meet)| *meet == p.meet) {
+        Some((word, meet)) if *meet != Meet::default() => format!("; between two materials: {word}"),
+        _ => String::new(),
+    };
+    vec![
+        format!("${}$", notation.name(&p.name)),
+        unit,
+        sides.into_iter().flatten().collect::<Vec<_>>().join(", "),
+        p.default
+            .map(|v| format!("${}$", symbols::number(v)))
+            .unwrap_or_default(),
+        p.doc.clone() + &met,
+    ]
+}
+
+/// Fields and histories.
+fn unknowns(law: &Law, notation: &Notation, parts: &mut Vec<Part>) {
+    let unit = |unit: &crate::units::Unit| {
+        if unit.is_number() {
+            "1".into()
+        } else {
+            unit.symbol()
+        }
+    };
+    let fields = law.fields.iter().map(|f| {
+        vec![
+            format!("${}$", notation.name(&f.name)),
+            unit(&f.unit),
+            "field".into(),
+            f.doc.clone(),
+        ]
+    });
+    let histories = law.histories.iter().map(|h| {
+        let place = if h.home == Home::Bond {
+            "memory of a bond"
+        } else {
+            "memory of a node"
+        };
+        vec![
+            format!("${}$", notation.name(&h.name)),
+            unit(&h.unit),
+            place.into(),
+            String::new(),
+        ]
+    });
+    let rows: Vec<Vec<String>> = fields.chain(histories).collect();
+    if !rows.is_empty() {
+        parts.push(Part::Heading("Fields and memory".into()));
+        parts.push(Part::Table(vec!["symbol", "unit", "lives", "what"], rows));
+    }
+}
+
+fn equation(item: &Item, notation: &Notation, source: &Source) -> Option<Part> {
+    let set = |words: &str, left: String, right: &ast::Expr| {
+        Some(Part::Equation(
+            words.into(),
+            format!("{left} = {}", notation.expr(right)),
+        ))
+    };
+    match item {
+        Item::Influence(slot) => {
+            let name = notation.name(&slot.name.text);
+            match &slot.default {
+                Some(default) => set(
+                    "Influence function, unless the scene chooses another:",
+                    name,
+                    default,
+                ),
+                None => Some(Part::Text(format!(
+                    "The influence function ${name}$ is chosen by the scene."
+                ))),
+            }
+        }
+        Item::Definition(d) => {
+            let home = match d.home {
+                Home::Constant => "a constant",
+                Home::Node => "at a node",
+                Home::Bond => "on a bond",
+            };
+            let words = match remark(source.library.text, d.name.span) {
+                Some(remark) => format!("{remark}, {home}:"),
+                None => format!("{home}:"),
+            };
+            set(&capital(&words), notation.name(&d.name.text), &d.expr)
+        }
+        Item::Response(r) => {
+            let name = notation.name(&r.name.text);
+            match r.kind {
+                ResponseKind::Energy => set(
+                    "Strain energy density, of which the force is the derivative:",
+                    name,
+                    &r.expr,
+                ),
+                ResponseKind::Pair => set("Force density of a bond, along it:", name, &r.expr),
+                ResponseKind::State => set(
+                    "Force state; a node feels that of its bonds less that of the bonds from their other ends:",
+                    name,
+                    &r.expr,
+                ),
+                ResponseKind::Rate => set("Rate:", format!("\\dot{{{name}}}"), &r.expr),
+            }
+        }
+        Item::Update(u) => {
+            let name = notation.name(&u.name.text);
+            Some(Part::Equation(
+                "When a step is accepted:".into(),
+                format!("{name} \\leftarrow {}", notation.expr(&u.expr)),
+            ))
+        }
+        Item::Family(f) => Some(Part::Equation(
+            format!("The family `{}` consists of the bonds with", f.name.text),
+            notation.expr(&f.filter),
+        )),
+        Item::Break(b) => {
+            let of = b
+                .family
+                .as_ref()
+                .map(|f| format!(" of the family `{}`", f.text));
+            let when = if b.after {
+                ", after the force, where"
+            } else {
+                " where"
+            };
+            Some(Part::Equation(
+                format!("A bond{} breaks{when}", of.unwrap_or_default()),
+                notation.expr(&b.when),
+            ))
+        }
+        Item::Param(_) | Item::Field(_) | Item::History(_) | Item::Probe(_) => None,
+    }
+}
+
+/// The comment at the end of the line of a name.
+fn remark(text: &str, name: Span) -> Option<&str> {
+    let line = text.get(name.end as usize..)?.lines().next()?;
+    let (_, comment) = line.split_once('#')?;
+    Some(comment.trim())
+}
+
+/// Formulas keep their letters.
+fn capital(words: &str) -> String {
+    let mut letters = words.chars();
+    let plain = letters.clone().take(2).all(char::is_lowercase) || words.starts_with("a ");
+    match letters.next().filter(|_| plain) {
+        Some(first) => first.to_uppercase().chain(letters).collect(),
+        None => words.into(),
+    }
+}
+
+/// Definitions of the library that the law uses, in alphabetical order.
+fn functions(model: &Model, source: &Source, notation: &Notation) -> Vec<Part> {
+    let own: BTreeSet<&str> = model
+        .items
+        .iter()
+        .filter_map(crate::resolve::declare::declared)
+        .map(|name| name.text.as_str())
+        .collect();
+    let (mut seen, mut open) = (BTreeSet::new(), Vec::new());
+    for item in &model.items {
+        for expr in expressions(item) {
+            walk::called(expr, &mut open);
+        }
+    }
+    let mut found = Vec::new();
+    while let Some(name) = open.pop() {
+        if own.contains(name.as_str()) || !seen.insert(name.clone()) {
+            continue;
+        }
+        if let Some(f) = source.library.function(&name, false) {
+            walk::called(&f.body, &mut open);
+            let args: Vec<String> = f
+                .params
+                .iter()
+                .map(|p| symbols::name(&p.text, false))
+                .collect();
+            let left = format!("{}({})", symbols::name(&name, false), args.join(", "));
+            found.push((name, format!("{left} = {}", notation.expr(&f.body))));
+        } else if let Some(d) = source.library.definition(&name, false) {
+            walk::called(&d.expr, &mut open);
+            found.push((
+                name.clone(),
+                format!("{} = {}", notation.name(&name), notation.expr(&d.expr)),
+            ));
+        }
+    }
+    found.sort();
+    let line = |(_, formula): (String, String)| Part::Equation(String::new(), formula);
+    let heading = (!found.is_empty()).then(|| Part::Heading("From the library".into()));
+    heading
+        .into_iter()
+        .chain(found.into_iter().map(line))
+        .collect()
+}
+
+fn expressions(item: &Item) -> Vec<&ast::Expr> {
+    match item {
+        Item::Definition(d) => vec![&d.expr],
+        Item::Response(r) => vec![&r.expr],
+        Item::Update(u) => vec![&u.expr],
+        Item::Family(f) => vec![&f.filter],
+        Item::Break(b) => vec![&b.when],
+        _ => Vec::new(),
+    }
+}
+
+fn probed(probe: &ast::Probe, notation: &Notation) -> Vec<Part> {
+    let settings: Vec<String> = probe.settings.iter().map(|s| set(s, notation)).collect();
+    let mut text = format!(
+        "`{}` ({}): {}.",
+        probe.name.text,
+        probe.flavour.text,
+        settings.join(", ")
+    );
+    let mut rows = Vec::new();
+    for line in &probe.lines {
+        match line {
+            ProbeLine::Let(name, value) => {
+                text += &format!(
+                    " ${} = {}$.",
+                    notation.name(&name.text),
+                    notation.expr(value)
+                );
+            }
+            ProbeLine::Node {
+                name,
+                position,
+                settings,
+            } => {
+                let at = format!(
+                    "${} = {}$",
+                    symbols::name("X", true),
+                    components(position, notation)
+                );
+                text += &format!(" Node `{}`: {at}{}.", name.text, rest(settings, notation));
+            }
+            ProbeLine::Lattice {
+                spacing, settings, ..
+            } => {
+                text += &format!(
+                    " A lattice of spacing ${}${}.",
+                    notation.expr(spacing),
+                    rest(settings, notation)
+                );
+            }
+            ProbeLine::Cut(a, b) => {
+                text += &format!(" The bond between `{}` and `{}` is broken.", a.text, b.text);
+            }
+            ProbeLine::Expect(e) => {
+                let places: Vec<&str> = e.place.iter().map(|p| p.text.as_str()).collect();
+                let place = if places.is_empty() {
+                    String::new()
+                } else {
+                    format!(" at `{}`", places.join(" - "))
+                };
+                let name = match (e.rate, e.name.text.as_str()) {
+                    (true, name) => format!("$\\dot{{{}}}$", notation.name(name)),
+                    (_, "force") => "force".into(),
+                    (_, name) => format!("${}$", notation.name(name)),
+                };
+                rows.push(vec![
+                    format!("{name}{place}"),
+                    format!("${}$", components(&e.value, notation)),
+                ]);
+            }
+        }
+    }
+    vec![
+        Part::Text(text),
+        Part::Table(vec!["quantity", "value"], rows),
+    ]
+}
+
+fn rest(settings: &[Setting], notation: &Notation) -> String {
+    settings
+        .iter()
+        .map(|s| format!(", {}", set(s, notation)))
+        .collect()
+}
+
+fn set(setting: &Setting, notation: &Notation) -> String {
+    let name = match setting.name.text.as_str() {
+        name @ ("u" | "v" | "H") => symbols::name(name, true),
+        name => notation.name(name),
+    };
+    format!("${name} = {}$", components(&setting.value, notation))
+}
+
+fn components(value: &Components, notation: &Notation) -> String {
+    let row = |row: &Vec<ast::Expr>| {
+        let parts: Vec<String> = row.iter().map(|e| notation.expr(e)).collect();
+        format!("({})", parts.join(", "))
+    };
+    match value.rows.as_slice() {
+        [one] if one.len() == 1 => notation.expr(&one[0]),
+        [one] => row(one),
+        rows => format!("({})", rows.iter().map(row).collect::<Vec<_>>().join(", ")),
+    }
+}

@@ -1,0 +1,59 @@
+use super::*;
+
+const LAW: &str = "model m \"A test of 100 %\" cite \"Nobody, eq. 1\" {
+  param K : pressure > 0 = 1 GPa \"modulus\"
+  influence omega = 1/x
+  node theta = dim*sum(omega*e)/sum(omega*x)
+  bond z : vector = Y - xi*(1 + theta - theta')
+  energy W = K_bb(K)*(theta + 1)^2/2
+  break when s > 2 or norm(z) > -3 mm
+}";
+
+#[test]
+fn every_stage_says_something() {
+    for stage in Stage::ALL {
+        let text = emit(LAW, stage, None).unwrap_or_else(|e| panic!("{e:?}"));
+        assert!(text.lines().count() > 8, "{stage:?}: {text}");
+    }
+    assert!(emit("model m { }", Stage::Ast, None).is_err());
+}
+
+#[test]
+fn trees_are_in_parentheses() {
+    let ast = emit(LAW, Stage::Ast, None).unwrap();
+    assert!(
+        ast.contains("node theta = ((dim*sum((omega*e)))/sum((omega*x)))"),
+        "{ast}"
+    );
+    assert!(
+        ast.contains("break when ((s > 2) or (norm(z) > (-3 [mm])))"),
+        "{ast}"
+    );
+}
+
+#[test]
+fn formulas_are_those_of_papers() {
+    let page = emit(LAW, Stage::Markdown, Some("../a.pd")).unwrap();
+    for part in [
+        "# A test of 100 %",
+        "[a.pd](../a.pd)",
+        r"| $K$ | Pa | $> 0$ | $10^{9}$ | modulus |",
+        r"\theta = \frac{d\,\sum_{j \in \mathcal{H}} \omega\,e\,V_j}{\sum_{j \in \mathcal{H}} \omega\,x\,V_j}",
+        r"\mathbf{z} = \mathbf{Y} - \boldsymbol{\xi}\,\left(1 + \theta - {\theta}'\right)",
+        r"\frac{K_{\mathrm{bb}}\left(K\right)\,{\left(\theta + 1\right)}^{2}}{2}",
+        r"s > 2 \lor \lVert \mathbf{z} \rVert > -3\,\mathrm{mm}",
+        r"K_{\mathrm{bb}}(K) = \begin{cases}",
+    ] {
+        assert!(page.contains(part), "{part}\n{page}");
+    }
+    let latex = emit(LAW, Stage::Latex, None).unwrap();
+    assert!(latex.starts_with("\\section*{A test of 100 \\%}"));
+}
+
+#[test]
+fn rust_has_a_statement_per_line() {
+    assert_eq!(
+        laid_out("fn f (x : [f64 ; 2]) { let a = \"{;\" ; a }"),
+        "fn f (x : [f64 ; 2]) {\n    let a = \"{;\" ;\n    a\n}\n"
+    );
+}
