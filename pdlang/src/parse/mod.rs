@@ -13,6 +13,7 @@ mod probes;
 use crate::ast::{self, Expr, Name, Text};
 use crate::diag::Diagnostic;
 use crate::span::Span;
+use pest::Parser;
 use pest::iterators::{Pair, Pairs};
 
 #[derive(pest_derive::Parser)]
@@ -29,6 +30,19 @@ pub(crate) fn file(text: &str, prelude: bool, report: &mut Vec<Diagnostic>) -> a
         return ast::File::default();
     };
     reader.file(pairs, report)
+}
+
+/// Where the tokens of a text stand; between them there is white space, and there are comments.
+pub(crate) fn tokens(text: &str) -> Vec<std::ops::Range<usize>> {
+    let pairs = Grammar::parse(Rule::tokens, text).into_iter().flatten();
+    let tokens = pairs.flat_map(Pair::into_inner);
+    tokens
+        .filter(|pair| pair.as_rule() == Rule::token)
+        .map(|pair| {
+            let span = pair.as_span();
+            span.start()..span.start() + span.as_str().trim_end().len()
+        })
+        .collect()
 }
 
 pub(crate) fn expression(text: &str) -> Result<Expr, Vec<Diagnostic>> {
