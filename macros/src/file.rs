@@ -20,7 +20,12 @@ pub fn include(paths: proc_macro::TokenStream) -> syn::Result<TokenStream> {
 fn one(literal: &LitStr) -> syn::Result<TokenStream> {
     let path = literal.value();
     let text = read(&path).map_err(|why| syn::Error::new(literal.span(), why))?;
-    let items = report::expand(&text, |diagnostic| {
+    let mut used = Vec::new();
+    let mut files = |path: &str| {
+        used.push(path.to_string());
+        read(path)
+    };
+    let items = report::expand(&text, &path, &mut files, |diagnostic| {
         let snippet = diagnostic.render(&text, &path, false);
         report::Report {
             message: report::plain(&snippet),
@@ -29,8 +34,17 @@ fn one(literal: &LitStr) -> syn::Result<TokenStream> {
         }
     });
     // Naming the file in an `include_bytes!` is what makes cargo build again when it changes.
-    let watch = quote_spanned!(literal.span()=> include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/", #literal)));
-    Ok(quote!(const _: &[u8] = #watch; #items))
+    let watch = |path: &str| {
+        let literal = LitStr::new(path, literal.span());
+        quote_spanned!(literal.span()=> const _: &[u8] = include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/", #literal));)
+    };
+    let used: TokenStream = used
+        .iter()
+        .filter(|path| read(path).is_ok())
+        .map(|path| watch(path))
+        .collect();
+    let watch = watch(&path);
+    Ok(quote!(#watch #used #items))
 }
 
 fn read(path: &str) -> Result<String, String> {

@@ -29,9 +29,12 @@ use proc_macro::TokenStream;
 #[proc_macro]
 pub fn model(tokens: TokenStream) -> TokenStream {
     let layout = layout::Layout::of(tokens.into());
-    report::expand(&layout.text, |diagnostic| {
-        report::Report::inline(diagnostic, &layout)
-    })
+    report::expand(
+        &layout.text,
+        "",
+        &mut pdlang::files::nowhere,
+        |diagnostic| report::Report::inline(diagnostic, &layout),
+    )
     .into()
 }
 
@@ -41,7 +44,8 @@ pub fn model(tokens: TokenStream) -> TokenStream {
 /// pdlang_macros::include_model!("laws/lps.pd", "laws/gpmb.pd");
 /// ```
 ///
-/// Paths start at the folder of the crate's `Cargo.toml`. The crate is built again when a file changes. An
+/// Paths start at the folder of the crate's `Cargo.toml`, those of a `use` at the folder of the file that it
+/// stands in. The crate is built again when a file changes. An
 /// error is reported at the path, with the lines of the file that it speaks of.
 #[proc_macro]
 pub fn include_model(paths: TokenStream) -> TokenStream {

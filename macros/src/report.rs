@@ -2,6 +2,7 @@
 
 use crate::layout::Layout;
 use pdlang::diag::{Diagnostic, Severity};
+use pdlang::files::Files;
 use proc_macro2::{Delimiter, Group, Ident, Span, TokenStream};
 use quote::{quote, quote_spanned};
 use std::collections::BTreeSet;
@@ -47,12 +48,17 @@ impl Report {
 
 /// The items of a text. On errors the modules of its laws are still there, empty, so that an editor can
 /// complete `lps::LAW` and rustc does not complain about it as well.
-pub fn expand(text: &str, report: impl Fn(&Diagnostic) -> Report) -> TokenStream {
+pub fn expand(
+    text: &str,
+    path: &str,
+    files: &mut Files,
+    report: impl Fn(&Diagnostic) -> Report,
+) -> TokenStream {
     let say = |diagnostic: &Diagnostic| match diagnostic.severity {
         Severity::Error => report(diagnostic).error(),
         Severity::Warning => report(diagnostic).warning(),
     };
-    match pdlang::compile::rust(text) {
+    match pdlang::compile::rust(text, path, files) {
         Ok((items, warnings)) => warnings.iter().map(say).chain([items]).collect(),
         Err(findings) => findings
             .iter()

@@ -284,7 +284,7 @@ fn law_file(path: &Path) -> Result<ir::Law, LawError> {
         help: Some("a path is relative to the folder of the scene".into()),
         report: None,
     })?;
-    let checked = front::file(&text);
+    let checked = front::file_in(&text, &shown, &mut crate::files::read);
     if checked.diagnostics.iter().any(Diagnostic::is_error) {
         return Err(broken(&shown, &shown, &text, &checked.diagnostics));
     }

@@ -19,6 +19,8 @@ pub struct Text {
 
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct File {
+    /// Paths of files, `use "elastic.pd"`.
+    pub uses: Vec<Text>,
     pub models: Vec<Model>,
     pub influences: Vec<InfluenceFn>,
     pub functions: Vec<Function>,

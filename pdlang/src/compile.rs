@@ -13,6 +13,7 @@ use proc_macro2::TokenStream;
 
 use crate::assemble;
 use crate::diag::Diagnostic;
+use crate::files::{self, Files};
 use crate::front;
 use crate::ir::{InfluenceFn, Law};
 use crate::rust;
@@ -38,7 +39,15 @@ pub struct Output {
 /// # Errors
 /// All errors (and warnings) of the text, if there is an error.
 pub fn compile(text: &str) -> Result<Output, Vec<Diagnostic>> {
-    let checked = front::file(text);
+    compile_in(text, "", &mut files::nowhere)
+}
+
+/// As [`compile`], for the text of the file at `path`, which may use others.
+///
+/// # Errors
+/// As [`compile`].
+pub fn compile_in(text: &str, path: &str, files: &mut Files) -> Result<Output, Vec<Diagnostic>> {
+    let checked = front::file_in(text, path, files);
     if checked.diagnostics.iter().any(Diagnostic::is_error) {
         return Err(checked.diagnostics);
     }
@@ -77,12 +86,16 @@ pub(crate) fn too_large(law: &Law, dim: usize) -> Diagnostic {
         .help("write numbers with fewer digits, or name a part of the expression with `let`")
 }
 
-/// The laws of a text as Rust modules that name only the runtime's interface.
+/// The laws of a text, which may use files, as Rust modules that name only the runtime's interface.
 ///
 /// # Errors
 /// As [`compile`].
-pub fn rust(text: &str) -> Result<(TokenStream, Vec<Diagnostic>), Vec<Diagnostic>> {
-    let output = compile(text)?;
+pub fn rust(
+    text: &str,
+    path: &str,
+    files: &mut Files,
+) -> Result<(TokenStream, Vec<Diagnostic>), Vec<Diagnostic>> {
+    let output = compile_in(text, path, files)?;
     let modules: TokenStream = output.laws.iter().map(|c| rust::module(&c.specs)).collect();
     Ok((modules, output.warnings))
 }

@@ -1,6 +1,7 @@
 //! The doors of the language: texts in, typed laws and findings out. Nothing here panics, whatever the text.
 
 use crate::diag::{self, Diagnostic};
+use crate::files::{self, Files};
 use crate::ir::{Expr, ExprId, InfluenceFn, Law, Shape};
 use crate::parse;
 use crate::resolve::library::{self, Library};
@@ -33,17 +34,28 @@ pub(crate) struct Source<'a> {
     pub library: Library<'a>,
 }
 
-/// Reads and checks a file of laws and library definitions.
+/// Reads and checks a text of laws and library definitions that uses no files.
 pub fn file(text: &str) -> Checked {
-    source(text).checked
+    file_in(text, "", &mut files::nowhere)
 }
 
-/// As [`file`], with the trees that the laws were made of.
-pub(crate) fn source(text: &str) -> Source<'_> {
+/// As [`file`], for the text of the file at `path`, which may use others.
+pub fn file_in(text: &str, path: &str, files: &mut Files) -> Checked {
+    source(text, path, files).checked
+}
+
+/// As [`file_in`], with the trees that the laws were made of.
+pub(crate) fn source<'a>(text: &'a str, path: &str, files: &mut Files) -> Source<'a> {
     let mut report = Vec::new();
     let mut file = parse::file(text, false, &mut report);
-    let models = std::mem::take(&mut file.models);
+    let mut models = std::mem::take(&mut file.models);
+    if !file.uses.is_empty() && !resolve::modules::add(&mut file, path, files, &mut report) {
+        models.clear();
+        file = ast::File::default();
+    }
     let library = Library::of(file, text, library::prelude(), &mut report);
+    // What is to be said of a file that is used is said of it alone.
+    report.retain(|finding| !finding.span().prelude);
     check_models_named_once(&models, &mut report);
     let laws = models
         .iter()

@@ -8,6 +8,7 @@ pub mod derive;
 pub mod diag;
 pub mod direct;
 pub mod emit;
+pub mod files;
 pub mod fmt;
 pub mod front;
 pub mod ir;

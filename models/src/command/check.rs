@@ -3,6 +3,7 @@
 use clap::{Arg, ArgMatches, Command};
 use pdlang::diag::Diagnostic;
 use pdlang::{front, probe};
+use pdlang_models::files;
 
 use super::{Failure, Outcome, color};
 
@@ -40,7 +41,7 @@ fn check(path: &str) -> bool {
             return false;
         }
     };
-    let checked = front::file(&text);
+    let checked = front::file_in(&text, path, &mut files::read);
     let probed = checked.laws.iter().flat_map(probe::findings);
     let findings: Vec<Diagnostic> = checked.diagnostics.iter().cloned().chain(probed).collect();
     for diagnostic in &findings {

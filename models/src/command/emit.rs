@@ -3,7 +3,7 @@
 use clap::builder::PossibleValuesParser;
 use clap::{Arg, ArgMatches, Command};
 use pdlang::emit::{self, Stage};
-use pdlang_models::registry;
+use pdlang_models::{files, registry};
 
 use super::{Failure, Outcome, color, input_error};
 
@@ -37,7 +37,7 @@ pub fn execute(matches: &ArgMatches) -> Outcome {
         return Ok(());
     };
     let Text { text, path, link } = read(law)?;
-    match emit::emit(&text, stage, Some(&link)) {
+    match emit::emit_in(&text, &path, &mut files::read, stage, Some(&link)) {
         Ok(shown) => {
             print!("{shown}");
             Ok(())

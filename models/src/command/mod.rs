@@ -5,6 +5,7 @@
 
 mod check;
 mod emit;
+mod fmt;
 mod models;
 mod plan;
 mod progress;
@@ -80,6 +81,7 @@ fn cli() -> Command {
         .subcommand(check::command())
         .subcommand(models::command())
         .subcommand(emit::command())
+        .subcommand(fmt::command())
 }
 
 fn dispatch(matches: &ArgMatches) -> Outcome {
@@ -89,6 +91,7 @@ fn dispatch(matches: &ArgMatches) -> Outcome {
         Some(("check", m)) => check::execute(m),
         Some(("models", m)) => models::execute(m),
         Some(("emit", m)) => emit::execute(m),
+        Some(("fmt", m)) => fmt::execute(m),
         // The parser has refused everything else.
         _ => Ok(()),
     }

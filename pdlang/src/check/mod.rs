@@ -39,6 +39,7 @@ pub(crate) mod unit_of_response; // PD015: a response in the wrong unit
 pub(crate) mod units; // PD011: a unit or kind that does not exist
 pub(crate) mod unprobed; // PD103: a law without a probe
 pub(crate) mod unused; // PD102: a definition that nothing uses
+pub(crate) mod uses; // PD070: a file that cannot be used
 
 #[cfg(test)]
 pub(crate) mod tests;

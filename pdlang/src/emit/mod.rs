@@ -11,6 +11,7 @@ mod symbols;
 
 use crate::assemble;
 use crate::diag::Diagnostic;
+use crate::files::{self, Files};
 use crate::front;
 use crate::rust;
 
@@ -57,7 +58,21 @@ impl Stage {
 /// # Errors
 /// All findings, when one of them is an error.
 pub fn emit(text: &str, stage: Stage, link: Option<&str>) -> Result<String, Vec<Diagnostic>> {
-    let source = front::source(text);
+    emit_in(text, "", &mut files::nowhere, stage, link)
+}
+
+/// As [`emit`], for the text of the file at `path`, which may use others.
+///
+/// # Errors
+/// As [`emit`].
+pub fn emit_in(
+    text: &str,
+    path: &str,
+    files: &mut Files,
+    stage: Stage,
+    link: Option<&str>,
+) -> Result<String, Vec<Diagnostic>> {
+    let source = front::source(text, path, files);
     if source.checked.has_errors() {
         return Err(source.checked.diagnostics);
     }

@@ -147,7 +147,9 @@ fn param(p: &Param, notation: &Notation) -> Vec<String> {
         p.unit.symbol()
     };
     let met = match Meet::WORDS.iter().find(|(_, meet)| *meet == p.meet) {
-        Some((word, meet)) if *meet != Meet::default() => format!("; between two materials: {word}"),
+        Some((word, meet)) if *meet != Meet::default() => {
+            format!("; between two materials: {word}")
+        }
         _ => String::new(),
     };
     vec![

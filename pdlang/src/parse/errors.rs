@@ -182,6 +182,7 @@ fn expectation(rule: Rule) -> Expected {
         Rule::kw_after => Token("after"),
         Rule::kw_on => Token("on"),
         Rule::kw_in => Token("in"),
+        Rule::kw_use => Token("use"),
         Rule::kw_within => Token("within"),
         Rule::kw_rate => Token("rate"),
         Rule::components | Rule::rows | Rule::row => {

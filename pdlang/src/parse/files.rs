@@ -38,6 +38,10 @@ impl<'t> Reader<'t> {
     ) -> Build<()> {
         let item = Children::of(pair).any()?;
         match item.as_rule() {
+            Rule::use_file => {
+                let path = Children::of(item).skip_to(Rule::string)?;
+                file.uses.push(self.string(&path));
+            }
             Rule::model => file.models.push(self.model(item, report)?),
             Rule::influence_fn => file.influences.push(self.influence_fn(item)?),
             Rule::function => file.functions.push(self.function(item)?),

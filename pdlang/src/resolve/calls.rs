@@ -124,7 +124,7 @@ impl Elaborator<'_> {
             .map(|param| param.text.clone())
             .zip(values)
             .collect();
-        let prelude = function.name.span.prelude;
+        let prelude = self.library.is_prelude_function(&name.text, prelude);
         let scope = Scope {
             name: format!("{}()", name.text),
             locals,

@@ -132,6 +132,11 @@ impl<'a> Library<'a> {
         own.or_else(|| self.prelude.functions.get(name))
     }
 
+    /// Whether [`Library::function`] answers with one of the prelude, which sees nothing but the prelude.
+    pub(crate) fn is_prelude_function(&self, name: &str, from_prelude: bool) -> bool {
+        from_prelude || !self.own.functions.contains_key(name)
+    }
+
     pub(crate) fn definition(&self, name: &str, from_prelude: bool) -> Option<&ast::Definition> {
         let own = if from_prelude {
             None

@@ -176,7 +176,8 @@ impl Elaborator<'_> {
     /// A library definition as a definition of this law, made at its first use.
     pub(super) fn shared(&mut self, name: &str, from_prelude: bool, span: Span) -> Option<DefId> {
         let written = self.library.definition(name, from_prelude)?;
-        let key = (name.to_string(), written.name.span.prelude);
+        let prelude = from_prelude || !self.library.own.definitions.contains_key(name);
+        let key = (name.to_string(), prelude);
         if let Some(known) = self.shared.get(&key) {
             return *known;
         }

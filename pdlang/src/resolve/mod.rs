@@ -12,6 +12,7 @@ mod facts;
 pub(crate) mod influence;
 pub(crate) mod library;
 mod lookup;
+pub(crate) mod modules;
 pub(crate) mod names;
 mod numbers;
 mod order;
@@ -176,3 +177,6 @@ fn count_answers(model: &Model, report: &mut Vec<Diagnostic>) {
 /// Homes are ordered from the constants outwards.
 const _: () =
     assert!((Home::Constant as u8) < Home::Node as u8 && (Home::Node as u8) < Home::Bond as u8);
+
+#[cfg(test)]
+mod moduli_tests;
