@@ -201,6 +201,12 @@ fn raised(name: &str, halves: i16) -> String {
     }
 }
 
+/// The words for units.
+#[cfg(test)]
+pub(crate) fn kind_names() -> impl Iterator<Item = &'static str> {
+    KINDS.iter().map(|kind| kind.0)
+}
+
 /// Named kinds: name, preferred symbol, exponents of the base units.
 const KINDS: &[(&str, &str, [i16; 7])] = &[
     ("number", "", [0, 0, 0, 0, 0, 0, 0]),

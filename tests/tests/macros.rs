@@ -98,4 +98,18 @@ fn a_changed_law_file_is_built_again_and_its_errors_show_its_lines() {
 
     user.law(SPRING);
     user.accepts();
+
+    // A file that the law uses is watched as well.
+    let shared = |text: &str| std::fs::write(user.0.join("laws/shared.pd"), text).unwrap();
+    shared("fn quarter(a) = a/4\n");
+    user.law(&format!(
+        "use \"shared.pd\"\n{}",
+        SPRING.replace("c/4", "quarter(c)")
+    ));
+    user.accepts();
+    shared("fn quarter(a) = = a/4\n");
+    let complaint = user.complaint();
+    assert!(complaint.contains("laws/shared.pd:1:17"), "{complaint}");
+    shared("fn quarter(a) = a/4\n");
+    user.accepts();
 }

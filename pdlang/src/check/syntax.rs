@@ -7,7 +7,7 @@ use crate::span::Span;
 const CODE: &str = "PD001";
 
 /// Words that start a definition, for "did you mean".
-const STARTS: [&str; 15] = [
+const STARTS: [&str; 17] = [
     "model",
     "influence",
     "fn",
@@ -22,7 +22,9 @@ const STARTS: [&str; 15] = [
     "rate",
     "history",
     "update",
+    "family",
     "break",
+    "probe",
 ];
 
 /// What could have stood at the place of an error.

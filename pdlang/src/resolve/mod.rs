@@ -179,4 +179,6 @@ const _: () =
     assert!((Home::Constant as u8) < Home::Node as u8 && (Home::Node as u8) < Home::Bond as u8);
 
 #[cfg(test)]
+mod documented;
+#[cfg(test)]
 mod moduli_tests;
