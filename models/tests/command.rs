@@ -384,3 +384,44 @@ fn an_interrupted_run_goes_on_to_the_same_bits() {
     complete(&arguments);
     same_results(&one, &two, 6000);
 }
+
+#[test]
+fn laws_are_formatted_printed_and_probed() {
+    let folder = folder("laws");
+    let spring = "model m \"M\" cite \"A, eq. 1\" { param K:pressure \"K\"\nenergy W=K*sum(s^2)/sum0(1)  # W\n}";
+    let law = write(folder.join("m.pd"), spring);
+    assert!(pdlang(&["fmt", "--check", &law], 1).contains("not in canonical form"));
+    pdlang(&["fmt", &law], 0);
+    pdlang(&["fmt", "--check", &law], 0);
+    assert!(pdlang(&["check", &law], 0).contains("PD103"));
+    for (stage, part) in [
+        ("ast", "energy W = ((K*sum((s^2)))/sum0(1))"),
+        ("ir", "energy = ((K*sum((s^2)))/sum0(1))"),
+        ("passes", "sweep"),
+        ("rust", "impl Sweep"),
+        ("latex", "\\section*{M}"),
+        ("markdown", "# M"),
+    ] {
+        assert!(
+            pdlang(&["emit", &law, "--stage", stage], 0).contains(part),
+            "{stage}"
+        );
+    }
+    assert!(pdlang(&["emit", "pbm", "--stage", "ir"], 1).contains("there is no law `pbm`"));
+
+    let probe = "probe p in bar where K = 1 Pa, delta = 1 m {
+        node a = 0, V = 1 m^3 node b = 1 m, V = 1 m^3, u = 1 m expect W(a) = 2 Pa } }";
+    let wrong = write(
+        folder.join("wrong.pd"),
+        &(spring.trim_end_matches('}').to_string() + probe),
+    );
+    assert!(pdlang(&["check", &wrong], 1).contains("fails: `W(a)` is 1 Pa"));
+
+    let uses = write(
+        folder.join("uses.pd"),
+        &format!("use \"shared.pd\" {}", spring.replace("s^2", "square(s)")),
+    );
+    assert!(pdlang(&["check", &uses], 1).contains("cannot use `shared.pd`"));
+    write(folder.join("shared.pd"), "fn square(a) = a^2");
+    pdlang(&["check", &uses], 0);
+}

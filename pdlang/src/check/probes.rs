@@ -250,9 +250,9 @@ mod tests {
     fn a_probe_may_use_functions_and_names_of_its_own() {
         accept(
             "probe p in bar where K = 1 GPa, delta = 2 mm, area = 1 mm^2 {
-               node a = 0, V = 1 mm^3
-               node b = 1 mm, V = 1 mm^3, u = 1 um
                let t = 1e-3
+               node a = 0, V = 1 mm^3
+               node b = 1 mm, V = 1 mm^3, u = t*(1 mm)
                expect s(a, b) = t within 1e-10
                expect W(a) = K*t^2*(1 mm^3)/(4 mm^3) within 1e-10
                expect force(a) = max(K, K_bb(K))*t/(1 mm) within 1

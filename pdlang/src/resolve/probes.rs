@@ -68,10 +68,6 @@ impl Reader<'_> {
         let mut expectations = Vec::new();
         for line in &written.lines {
             match line {
-                ProbeLine::Let(name, expr) => {
-                    let (value, unit) = self.values.number(expr, self.report)?;
-                    self.values.add(&name.text, value, unit);
-                }
                 ProbeLine::Expect(expected) => {
                     expectations.extend(self.expectation(expected, &place, settings.horizon));
                 }
@@ -197,11 +193,20 @@ impl Reader<'_> {
 
     // ---- where
 
+    /// The body; names for numbers are given on the way, for what follows them.
     fn place(&mut self, written: &ast::Probe, horizon: f64) -> Option<Place> {
         let (mut nodes, mut lattice) = (Vec::new(), None);
-        let mut names: Vec<Name> = Vec::new();
+        let (mut names, mut named): (Vec<Name>, Vec<Name>) = (Vec::new(), Vec::new());
         for line in &written.lines {
             match line {
+                ProbeLine::Let(name, expr) => {
+                    if !duplicates::among(&named, name, self.report) {
+                        return None;
+                    }
+                    let (value, unit) = self.values.number(expr, self.report)?;
+                    self.values.add(&name.text, value, unit);
+                    named.push(name.clone());
+                }
                 ProbeLine::Node {
                     name,
                     position,
