@@ -81,3 +81,20 @@ fn what_is_off_is_found() {
     let holds: Vec<bool> = outcomes(text).iter().map(Outcome::holds).collect();
     assert_eq!(holds, [false, true, true]);
 }
+
+/// The laws of the catalogue were worked out by hand.
+#[test]
+fn laws_of_the_catalogue() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../models/laws");
+    let mut wrong = String::new();
+    for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+        let text = std::fs::read_to_string(entry.path()).unwrap();
+        let checked = front::file(&text);
+        let found = checked.laws.iter().flat_map(findings);
+        for finding in checked.diagnostics.iter().cloned().chain(found) {
+            wrong += &finding.render(&text, &entry.path().display().to_string(), false);
+            wrong += "\n";
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong}");
+}
