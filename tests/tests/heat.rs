@@ -247,7 +247,9 @@ every = "never"
 #[test]
 fn an_insulated_body_keeps_its_heat() {
     for law in ["heat", "heat_state"] {
-        let text = BLOCK.replace("\"heat\"", &format!("\"{law}\""));
+        let text = BLOCK
+            .replace("\"heat\"", &format!("\"{law}\""))
+            .replace("until = \"2 s\"", "until = \"60 s\"");
         let mut simulation = simulation(&text, "scenes");
         simulation.run(&mut ()).unwrap_or_else(|e| panic!("{e}"));
         let volume: f64 = simulation.body.volume.iter().sum();
