@@ -152,18 +152,17 @@ impl Weights {
         (start, first, rate): (&[f64], &[f64], &[f64]),
     ) {
         let Weights { mu, nu, now, then } = *self;
-        let one = |((((y, older), y0), f0), f): ((((&mut f64, &mut f64), &f64), &f64), &f64)| {
-            let change = mu * (*y - y0) + nu * (*older - y0) + now * f + then * f0;
-            *older = *y;
-            *y = y0 + change;
-        };
         y.par_chunks_mut(CHUNK)
             .zip(older.par_chunks_mut(CHUNK))
             .zip(start.par_chunks(CHUNK))
             .zip(first.par_chunks(CHUNK))
             .zip(rate.par_chunks(CHUNK))
             .for_each(|((((y, older), y0), f0), f)| {
-                y.iter_mut().zip(older).zip(y0).zip(f0).zip(f).for_each(one)
+                for k in 0..y.len() {
+                    let change = mu * (y[k] - y0[k]) + nu * (older[k] - y0[k]);
+                    older[k] = y[k];
+                    y[k] = y0[k] + (change + now * f[k] + then * f0[k]);
+                }
             });
     }
 }
@@ -187,8 +186,8 @@ mod tests {
     #[test]
     fn of_second_order_and_stable_up_to_its_reach() {
         for stages in [2, 3, 5, 7, 25, 101] {
-            for z in [1e-2, 2e-2] {
-                let error = decay(stages, z) - (-z as f64).exp();
+            for z in [1e-2_f64, 2e-2] {
+                let error = decay(stages, z) - (-z).exp();
                 assert!(
                     error.abs() < z.powi(3) / 6.0 * 1.01,
                     "{stages} {z} {error:e}"

@@ -139,10 +139,10 @@ impl Through {
         }
         engine.evaluate(&mut self.state, Breaking::Held, Need::Rates);
         self.state.v.iter_mut().for_each(|v| v.fill(0.0));
-        let change = |((_, now), (_, still)): ((usize, &[f64]), &(usize, Vec<f64>))| {
-            now.iter().zip(still).map(|(a, b)| a - b).collect()
-        };
-        engine.rates().zip(&self.still).map(change).collect()
+        let pairs = engine.rates().zip(&self.still);
+        pairs
+            .map(|((_, now), (_, still))| now.iter().zip(still).map(|(a, b)| a - b).collect())
+            .collect()
     }
 
     /// Adds to `y` minus the change of the acceleration as the fields go where `x` takes them. Leaves the engine as
