@@ -63,6 +63,7 @@ pub fn spec(law: &Law, dim: usize) -> Result<Spec, TooLarge> {
         law: law.name.clone(),
         title: law.title.clone(),
         cites: law.cites.clone(),
+        flavours: law.flavours.iter().map(|f| f.name()).collect(),
         dim,
         params: law.params.iter().map(param).collect(),
         influences: law.influences.iter().map(influence).collect(),

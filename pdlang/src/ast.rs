@@ -35,6 +35,8 @@ pub struct Model {
     pub name: Name,
     pub title: Option<Text>,
     pub cites: Vec<Text>,
+    /// `for plane_strain, 3d`: all flavours where there is none.
+    pub flavours: Vec<Name>,
     pub items: Vec<Item>,
     /// As in [`File::broken`].
     pub broken: Vec<Name>,

@@ -19,11 +19,11 @@ use crate::ir::{InfluenceFn, Law};
 use crate::rust;
 use crate::spec::Spec;
 
-/// A law with its kernels as data, for bodies of one, two and three dimensions.
+/// A law with its kernels as data, for bodies of every number of dimensions that it is meant for.
 #[derive(Clone, Debug)]
 pub struct Compiled {
     pub law: Law,
-    pub specs: [Spec; 3],
+    pub specs: Vec<Spec>,
 }
 
 /// What a file holds, compiled, and its warnings.
@@ -66,7 +66,8 @@ pub fn compile_in(text: &str, path: &str, files: &mut Files) -> Result<Output, V
 
 fn law(law: Law) -> Result<Compiled, Diagnostic> {
     let at = |dim| assemble::spec(&law, dim).map_err(|_| too_large(&law, dim));
-    let specs = [at(1)?, at(2)?, at(3)?];
+    let served = |dim: &usize| law.flavours.iter().any(|flavour| flavour.dim() == *dim);
+    let specs = (1..=3).filter(served).map(at).collect::<Result<_, _>>()?;
     Ok(Compiled { law, specs })
 }
 

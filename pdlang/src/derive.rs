@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use crate::ir::{FamilyId, Reduction};
 use crate::lower::{Lowering, Reading};
-use crate::poly::{Algebra, Atom, AtomId, Collector, Func, Monomial, Poly};
+use crate::poly::{Algebra, Atom, AtomId, Collector, Func, Monomial, Poly, Rate, StateKind};
 use crate::ratio::Ratio;
 
 /// What an atom contributes to a derivative; `None` asks for the chain rule.
@@ -32,6 +32,9 @@ impl Algebra {
     }
 
     fn prime_atom(&mut self, id: AtomId) -> Poly {
+        if self.is_uniform(id) {
+            return Poly::atom(id);
+        }
         match self.atom(id).clone() {
             Atom::State(..) | Atom::Sum(..) => self.poly(Atom::Prime(id)),
             Atom::Prime(a) => Poly::atom(a),
@@ -48,6 +51,21 @@ impl Algebra {
                 self.func(f, args)
             }
             _ => Poly::atom(id),
+        }
+    }
+
+    /// True for what is made of constants and the time step: the same at every node.
+    fn is_uniform(&self, id: AtomId) -> bool {
+        let all = |p: &Poly| {
+            p.0.iter()
+                .flat_map(|(m, _)| &m.0)
+                .all(|(a, _)| self.is_uniform(*a))
+        };
+        match self.atom(id) {
+            Atom::State(kind, _) => *kind == StateKind::TimeStep,
+            Atom::Named(_, p) => all(p),
+            Atom::Func(_, args) => args.iter().all(all),
+            _ => self.nature(id).home == crate::ir::Home::Constant,
         }
     }
 
@@ -96,6 +114,9 @@ impl Algebra {
     fn along_atom(&mut self, id: AtomId, memo: &mut HashMap<AtomId, Poly>, leaf: Leaf) -> Poly {
         if let Some(d) = memo.get(&id) {
             return d.clone();
+        }
+        if self.nature(id).rate < Rate::Step {
+            return Poly::zero();
         }
         let d = match leaf(self, id) {
             Some(d) => d,
@@ -239,6 +260,8 @@ impl Algebra {
         for (m, _) in &p.0 {
             for (id, _) in &m.0 {
                 match self.atom(*id) {
+                    // What displacements do not change exerts no force.
+                    Atom::Sum(..) if self.nature(*id).rate < Rate::Step => {}
                     Atom::Sum(reduction, ..) if reduction.is_extreme() => {}
                     Atom::Sum(..) => {
                         found.insert((*id, false), ());

@@ -53,6 +53,8 @@ pub struct Law {
     pub title: String,
     /// Papers with equation numbers, as written.
     pub cites: Vec<String>,
+    /// The flavours that the law is meant for.
+    pub flavours: Vec<Flavour>,
     pub params: Vec<Param>,
     pub influences: Vec<Influence>,
     /// The first is always `horizon`: every bond of the ball of radius delta.
@@ -284,6 +286,9 @@ pub enum ExprKind {
     Velocity,
     /// Reference position of the node (node, vector).
     Position,
+    /// Time from the last committed step to the state at hand (scalar). It may change during a run, and so is
+    /// of the home of a node although it is the same everywhere.
+    TimeStep,
     Neg(ExprId),
     Not(ExprId),
     /// Componentwise for `Add`, `Sub`; `Mul` is scalar times anything, tensor times tensor, or tensor times vector.

@@ -10,7 +10,7 @@ use std::collections::HashMap;
 use crate::ir::{
     BinaryOp, Builtin, CompareOp, ExprId, ExprKind, FamilyId, Flavour, Home, Law, Reduction, Shape,
 };
-use crate::poly::{Algebra, Atom, Collector, Func, Monomial, Poly, StateKind};
+use crate::poly::{Algebra, Atom, Collector, Func, Monomial, Poly, Rate, StateKind};
 use crate::ratio::Ratio;
 
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
@@ -130,6 +130,7 @@ impl<'a> Lowering<'a> {
             ExprKind::Eta => self.axes(Atom::Eta),
             ExprKind::Velocity => self.axes(|a| Atom::State(StateKind::Velocity, a as u32)),
             ExprKind::Position => self.axes(|a| Atom::State(StateKind::Position, a as u32)),
+            ExprKind::TimeStep => vec![self.algebra.poly(Atom::State(StateKind::TimeStep, 0))],
             ExprKind::Neg(a) => self.value(*a, reading).iter().map(Poly::neg).collect(),
             ExprKind::Not(a) => {
                 let a = self.value(*a, reading);
@@ -214,6 +215,10 @@ impl<'a> Lowering<'a> {
                 let keep = match (def.home, reading) {
                     (Home::Constant, _) => p.0.len() > 1,
                     (_, Reading::Whole) => p.0.len() > 1 && !def.span.prelude,
+                    // An inverse shape tensor, say: nothing to derive in it, and long when multiplied out.
+                    (Home::Node, _) if self.algebra.nature_of(&p).rate < Rate::Step => {
+                        p.0.len() > 1
+                    }
                     (_, Reading::Split) => p.0.len() > LONG,
                 };
                 let name = format!("{}{}", def.name, component_name(def.shape, self.dim, k));

@@ -75,6 +75,8 @@ pub enum Atom {
 pub enum StateKind {
     Velocity,
     Position,
+    /// The time step: one number for all nodes.
+    TimeStep,
     /// Component of a field or of a node history, by its slot among the state slots.
     Slot,
 }

@@ -365,6 +365,7 @@ impl Schedule {
             Atom::State(StateKind::Slot, k) => return *k,
             Atom::State(StateKind::Velocity, a) => ("v", SlotKind::Velocity(*a as u8)),
             Atom::State(StateKind::Position, a) => ("X", SlotKind::Position(*a as u8)),
+            Atom::State(StateKind::TimeStep, _) => ("dt", SlotKind::TimeStep),
             Atom::DEta(a) => ("du", SlotKind::Increment(*a)),
             _ => return 0,
         };

@@ -9,6 +9,7 @@ pub struct Spec {
     pub law: String,
     pub title: String,
     pub cites: Vec<String>,
+    pub flavours: Vec<&'static str>,
     pub dim: usize,
     pub params: Vec<ParamSpec>,
     pub influences: Vec<InfluenceSpec>,
@@ -91,6 +92,7 @@ pub enum SlotKind {
     Velocity(u8),
     Position(u8),
     Increment(u8),
+    TimeStep,
     State,
     Computed(Stage),
 }

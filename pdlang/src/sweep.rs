@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::constants::Constants;
 use crate::ir::{Home, Reduction};
 use crate::plan::Term;
-use crate::poly::{Algebra, Atom, AtomId, Func, Monomial, Poly, StateKind};
+use crate::poly::{Algebra, Atom, AtomId, Func, Monomial, Poly};
 use crate::ratio::Ratio;
 use crate::schedule::{Draft, Key, Schedule, closure};
 use crate::spec::{Stage, SweepSpec};
@@ -542,7 +542,7 @@ impl SweepWriter<'_> {
             return self.hand_on(Op::Own(k), post);
         }
         match self.algebra.atom(id).clone() {
-            Atom::State(StateKind::Slot | StateKind::Velocity | StateKind::Position, _) => {
+            Atom::State(..) => {
                 let slot = self.schedule.state_slot(self.algebra, id);
                 let k = position(&mut self.own, slot);
                 self.hand_on(Op::Own(k), post)

@@ -193,6 +193,7 @@ mod tests {
         let state = State {
             step: 7,
             time: 0.25,
+            dt: 2.5e-8,
             u: vec![vec![1.0, -0.0, f64::MIN_POSITIVE]],
             v: vec![vec![0.1; 3]],
             slots: vec![],

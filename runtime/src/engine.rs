@@ -152,6 +152,7 @@ impl Engine {
         State {
             step: 0,
             time: 0.0,
+            dt: 0.0,
             u: (0..self.spec.dim).map(|_| zero()).collect(),
             v: (0..self.spec.dim).map(|_| zero()).collect(),
             slots,
@@ -193,15 +194,14 @@ impl Engine {
         self.refresh_state(s);
         self.pack(s);
         self.family_stage(s);
-        let killer = self.killer();
         let mut broken = 0;
         for k in 0..self.programs.len() {
             if self.programs[k].stage != Stage::Step || !self.needs.includes(k, need) {
                 continue;
             }
-            if breaking == Breaking::Armed && Some(k) == killer {
+            if breaking == Breaking::Armed && self.programs[k].kills {
                 self.run_armed(k, s);
-                broken = self.after_breaking(k, s);
+                broken += self.after_breaking(k, s);
             } else {
                 self.run_all(k, s);
             }

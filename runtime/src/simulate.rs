@@ -370,6 +370,7 @@ impl Simulation {
             dt,
         };
         self.dt = dt;
+        self.state.dt = dt;
     }
 
     pub(crate) fn last_step(&self) -> u64 {

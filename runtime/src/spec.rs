@@ -12,6 +12,8 @@ pub struct Spec {
     pub law: String,
     pub title: String,
     pub cites: Vec<String>,
+    /// Names of the flavours that the law is meant for; none: all.
+    pub flavours: Vec<String>,
     pub dim: usize,
     pub params: Vec<ParamSpec>,
     pub influences: Vec<InfluenceSpec>,
@@ -143,6 +145,8 @@ pub enum SlotKind {
     Position(u8),
     /// Component of the increment that the tangent acts on.
     Increment(u8),
+    /// The time step [s], the same everywhere.
+    TimeStep,
     /// Field or node history: state.
     State,
     /// Written by a sweep of this stage.
@@ -156,7 +160,7 @@ pub enum Stage {
     Reference,
     /// At the start, and again for nodes whose family changed.
     Family,
-    /// At every force evaluation. The first one with `kills` decides which bonds break.
+    /// At every force evaluation. Those with `kills` break the bonds of their family, one after the other.
     Step,
     /// When the energy is asked for, after a force evaluation at the same state.
     Energy,

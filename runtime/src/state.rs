@@ -10,6 +10,8 @@ pub struct State {
     pub step: u64,
     /// [s]
     pub time: f64,
+    /// Length of the step that leads here [s]: the time since the histories were committed.
+    pub dt: f64,
     /// Displacement [m] and velocity [m/s], one array per dimension.
     pub u: Vec<Vec<f64>>,
     pub v: Vec<Vec<f64>>,

@@ -29,6 +29,8 @@ pub struct Question<'a> {
     pub path: Vec<Vec<[f64; 3]>>,
     /// Velocities [m/s].
     pub v: Vec<[f64; 3]>,
+    /// Time between two of the path [s].
+    pub dt: f64,
     /// Scalar fields of the law, per node.
     pub fields: Vec<Vec<f64>>,
     pub broken: HashSet<(usize, usize)>,
@@ -114,6 +116,9 @@ pub fn influence(f: &ir::InfluenceFn) -> InfluenceFn {
     serde_json::from_str(&text).expect("the runtime reads what the compiler writes")
 }
 
+/// Time step of the tests [s], a fraction of the usual relaxation time.
+const STEP: f64 = 3e-7;
+
 const ISAS: [Isa; 3] = [Isa::Scalar, Isa::Avx2, Isa::Avx512];
 
 impl std::fmt::Display for Question<'_> {
@@ -162,6 +167,7 @@ impl Question<'_> {
             lattice_constants: false,
             path: vec![vec![[0.0; 3]; nodes]],
             v: vec![[0.0; 3]; nodes],
+            dt: 0.0,
             fields: vec![vec![0.0; nodes]; law.fields.len()],
             broken: HashSet::new(),
             du: vec![[0.0; 3]; nodes],
@@ -180,6 +186,7 @@ impl Question<'_> {
         question.path = (0..steps)
             .map(|k| bodies::deformation(body, strain, seed + 1000 * k))
             .collect();
+        question.dt = STEP;
         question.v = bodies::deformation(body, 1e3 * strain, seed + 7);
         question.du = bodies::deformation(body, strain, seed + 77);
         question.broken = bodies::broken_pairs(body, 0.1, seed);
@@ -261,6 +268,7 @@ impl Question<'_> {
     fn oracle_state(&self, oracle: &Oracle, body: &oracle::Body) -> oracle::State {
         let mut state = oracle.state();
         state.v.clone_from(&self.v);
+        state.dt = self.dt;
         for (field, values) in state.fields.iter_mut().zip(&self.fields) {
             *field = values.iter().map(|v| Value::Scalar(*v)).collect();
         }
@@ -296,6 +304,7 @@ impl Question<'_> {
         let mut state = oracle::State {
             u: Vec::new(),
             v: self.v.clone(),
+            dt: self.dt,
             intact: vec![vec![true; body.bonds.len()]; spec.families.len()],
             fields: Vec::new(),
             histories: Vec::new(),
@@ -382,6 +391,7 @@ impl Question<'_> {
             engine.cut(&mut state, &|a, b| self.is_broken(node(a), node(b)));
         }
         spread(engine, &self.v, &mut state.v);
+        state.dt = self.dt;
         for (field, values) in self.law.fields.iter().zip(&self.fields) {
             let slot = engine
                 .state_slots(&field.name)

@@ -5,6 +5,7 @@ use std::path::Path;
 use pdlang::front;
 use pdlang::ir::{InfluenceFn, Law};
 use pdlang_models::registry;
+use pdlang_runtime::body::Flavour;
 
 /// Elastic moduli of the tests [Pa]: those of the reference block, Poisson's ratio 0.322.
 pub const K: f64 = 14.9e9;
@@ -28,6 +29,12 @@ pub fn law(name: &str) -> Law {
             parse(&text.expect("the fixture exists"))
         }
     }
+}
+
+/// The flavours that a law is for, as the runtime names them.
+pub fn flavours(law: &Law) -> Vec<Flavour> {
+    let served = |f: &Flavour| law.flavours.iter().any(|g| g.name() == f.name());
+    Flavour::ALL.into_iter().filter(served).collect()
 }
 
 /// An influence function as a scene chooses it, with its parameter values.
@@ -64,7 +71,15 @@ fn usual(name: &str) -> Option<f64> {
         "G" => Some(G),
         "E" => Some(9.0 * K * G / (3.0 * K + G)),
         "nu" => Some((3.0 * K - 2.0 * G) / (6.0 * K + 2.0 * G)),
-        "V_ref" => Some(crate::bodies::DX.powi(3)),
+        // Neither pure matrix nor isotropic: Q12 differs from G12, and Q22 from 3 G12.
+        "E1" => Some(40e9),
+        "E2" => Some(10e9),
+        "G12" => Some(2.5e9),
+        "nu12" => Some(0.3),
+        // Reached by some nodes of a body strained by a percent, and not by others.
+        "tauy" => Some(5e7),
+        "share" => Some(0.6),
+        "tau" => Some(1e-6),
         "k" => Some(1.4),
         "rho" | "density" => Some(2200.0),
         // Large enough for heat of deformation and conduction to weigh alike in random states.

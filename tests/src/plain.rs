@@ -172,6 +172,9 @@ impl<'a> Plain<'a> {
             if let SlotKind::Velocity(a) = s.kind {
                 self.slots[slot] = state.v.iter().map(|v| v[a as usize]).collect();
             }
+            if s.kind == SlotKind::TimeStep {
+                self.slots[slot].fill(state.dt);
+            }
         }
         self.intact.clone_from(&state.intact);
         for stage in [Stage::Reference, Stage::Family, Stage::Step] {

@@ -111,7 +111,7 @@ fn page_json(law: &ir::Law, entry: &Entry) -> Value {
         "influences": influences(law).json(),
         "response": response(law),
         "can_break": !law.breaks.is_empty(),
-        "flavours": ir::Flavour::ALL.map(ir::Flavour::name),
+        "flavours": flavours(law),
         "text": entry.text,
     })
 }
@@ -121,7 +121,7 @@ fn page_text(law: &ir::Law, entry: &Entry) -> String {
     for cite in &law.cites {
         text.push_str(&format!("  {cite}\n"));
     }
-    let flavours = ir::Flavour::ALL.map(ir::Flavour::name).join(", ");
+    let flavours = flavours(law).join(", ");
     text.push_str(&format!(
         "\nFlavours: {flavours}\nResponse: {}\n",
         response(law)
@@ -144,6 +144,10 @@ fn page_text(law: &ir::Law, entry: &Entry) -> String {
     }
     text.push_str(&format!("\nText\n{}", indented(entry.text)));
     text
+}
+
+fn flavours(law: &ir::Law) -> Vec<&'static str> {
+    law.flavours.iter().map(|flavour| flavour.name()).collect()
 }
 
 fn indented(text: &str) -> String {

@@ -1,4 +1,4 @@
-//! PD010: a case that is not about the five flavours.
+//! PD010: a case that is not about the five flavours, or a law for one that does not exist.
 
 use crate::ast::{Expr, Name};
 use crate::check::suggest;
@@ -39,6 +39,16 @@ pub(crate) fn complete(arms: &[(Name, Expr)], span: Span) -> Vec<Diagnostic> {
     findings
 }
 
+/// Findings about the flavours that a law is for.
+pub(crate) fn named(names: &[Name]) -> Vec<Diagnostic> {
+    let known = |name: &&Name| {
+        Flavour::ALL
+            .iter()
+            .all(|flavour| flavour.name() != name.text)
+    };
+    names.iter().filter(known).map(unknown).collect()
+}
+
 pub(crate) fn unknown(name: &Name) -> Diagnostic {
     let finding = Diagnostic::error(CODE, format!("there is no flavour `{}`", name.text))
         .at(name.span, "unknown flavour");
@@ -61,7 +71,14 @@ fn incomplete(missing: &[&str], span: Span) -> Diagnostic {
 
 #[cfg(test)]
 mod tests {
-    use crate::check::tests::{accept, refuse};
+    use crate::check::tests::{accept, found, law, refuse, refuse_text};
+
+    #[test]
+    fn laws_may_be_for_some_flavours() {
+        let text = |list: &str| law("").replacen('{', &format!("for {list} {{"), 1);
+        assert!(found(&text("plane_strain, 3d")).is_empty());
+        refuse_text(&text("plane_strain, 4d"), "PD010", "4d");
+    }
 
     #[test]
     fn wants_one_arm_for_each() {

@@ -42,6 +42,8 @@ pub struct State {
     /// Displacement and velocity per node [m], [m/s].
     pub u: Vec<[f64; 3]>,
     pub v: Vec<[f64; 3]>,
+    /// Time since the histories were committed [s].
+    pub dt: f64,
     /// Per family and bond.
     pub intact: Vec<Vec<bool>>,
     /// Per field of the law and node.
@@ -57,6 +59,7 @@ impl State {
         State {
             u: vec![[0.0; 3]; nodes],
             v: vec![[0.0; 3]; nodes],
+            dt: 0.0,
             intact: vec![vec![true; bonds]; law.families.len()],
             fields: law
                 .fields

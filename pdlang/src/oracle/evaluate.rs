@@ -82,6 +82,7 @@ impl<'o, 'a, T: Real> Evaluator<'o, 'a, T> {
             ExprKind::Position => {
                 Ok(Value::Vector(self.oracle.body.nodes[self.node(place)?].position).lift())
             }
+            ExprKind::TimeStep => number(self.state.dt),
             ExprKind::Neg(a) => Ok(self.at(*a, place)?.map(|x| -x)),
             ExprKind::Not(a) => Ok(Value::Boolean(!self.at(*a, place)?.boolean()?)),
             ExprKind::Binary(op, a, b) => self.binary(*op, *a, *b, place),

@@ -30,6 +30,7 @@ impl Builder {
             span: Span::default(),
             title: String::new(),
             cites: Vec::new(),
+            flavours: ir::Flavour::ALL.to_vec(),
             params: (0..params).map(param).collect(),
             influences: vec![omega],
             families: vec![Family {

@@ -156,6 +156,7 @@ fn expectation(rule: Rule) -> Expected {
         Rule::bound => Word("bounds such as `> 0`"),
         Rule::default => Token("="),
         Rule::citation | Rule::kw_cite => Token("cite"),
+        Rule::serves | Rule::kw_for => Token("for"),
         Rule::unit
         | Rule::unit_factor
         | Rule::unit_simple

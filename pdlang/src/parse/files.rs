@@ -64,6 +64,7 @@ impl<'t> Reader<'t> {
             name,
             title,
             cites: Vec::new(),
+            flavours: Vec::new(),
             items: Vec::new(),
             broken: Vec::new(),
             complete: true,
@@ -75,6 +76,12 @@ impl<'t> Reader<'t> {
                         .into_inner()
                         .filter(|part| part.as_rule() == Rule::string);
                     model.cites.extend(strings.map(|part| self.string(&part)));
+                }
+                Rule::serves => {
+                    let flavours = part
+                        .into_inner()
+                        .filter(|part| part.as_rule() == Rule::flavour);
+                    model.flavours.extend(flavours.map(|part| self.name(&part)));
                 }
                 Rule::item => match self.item(part) {
                     Ok(item) => model.items.push(item),

@@ -144,6 +144,7 @@ fn beyond(
         Eta => Some("this changes with the displacement"),
         Velocity => Some("this changes with the velocity"),
         Position => Some("this depends on where the node is"),
+        TimeStep => Some("this may change with every step"),
         Field(_) => Some("this is a field, which evolves"),
         History(_) => Some("this is a history, which evolves"),
         Reduce(..) => Some("this is a sum over the bonds of one node"),

@@ -24,7 +24,7 @@ pub(crate) mod walk;
 use crate::ast::{Item, Model, ResponseKind};
 use crate::check;
 use crate::diag::Diagnostic;
-use crate::ir::{Home, Law, Response};
+use crate::ir::{Flavour, Home, Law, Response};
 use crate::span::Span;
 use elaborate::Symbol;
 pub(crate) use elaborate::{Context, Elaborator};
@@ -35,6 +35,7 @@ use std::collections::HashMap;
 pub(crate) fn law(model: &Model, library: &Library, report: &mut Vec<Diagnostic>) -> Option<Law> {
     let mut findings = Vec::new();
     metadata(model, &mut findings);
+    let flavours = served(model, &mut findings);
     let mut law = Elaborator::new(library, Context::Law, &mut findings);
     law.declare(model);
     law.histories_in_families(model);
@@ -52,6 +53,7 @@ pub(crate) fn law(model: &Model, library: &Library, report: &mut Vec<Diagnostic>
             .map(|title| title.text.clone())
             .unwrap_or_default(),
         cites: model.cites.iter().map(|cite| cite.text.clone()).collect(),
+        flavours,
         params: law.params,
         influences: law.influences,
         families: law.families,
@@ -105,6 +107,21 @@ fn metadata(model: &Model, report: &mut Vec<Diagnostic>) {
         report.push(check::titles::missing(&model.name));
     }
     report.extend(check::citations::check(&model.name, &model.cites));
+}
+
+/// The flavours named after `for`; all without it.
+fn served(model: &Model, report: &mut Vec<Diagnostic>) -> Vec<Flavour> {
+    if model.flavours.is_empty() {
+        return Flavour::ALL.to_vec();
+    }
+    report.extend(check::flavours::named(&model.flavours));
+    let named = |flavour: &Flavour| {
+        model
+            .flavours
+            .iter()
+            .any(|name| name.text == flavour.name())
+    };
+    Flavour::ALL.into_iter().filter(named).collect()
 }
 
 impl Elaborator<'_> {

@@ -89,6 +89,13 @@ pub(crate) const PRIMITIVES: &[Primitive] = &[
         Home::Node,
         Unit::velocity(),
     ),
+    primitive(
+        "dt",
+        ExprKind::TimeStep,
+        Shape::Scalar,
+        Home::Node,
+        Unit::time(),
+    ),
 ];
 
 const fn primitive(

@@ -117,6 +117,14 @@ fn grid(b: &Body, g: &Grid) -> Result<(), SetupError> {
 /// Parameter and influence values, one each, finite where they must be.
 pub(super) fn settings(spec: &Spec, body: &Body, s: &Settings) -> Result<(), SetupError> {
     let fail = |m: String| Err(SetupError::Settings(m));
+    let flavour = body.flavour.name();
+    if !spec.flavours.is_empty() && spec.flavours.iter().all(|f| f != flavour) {
+        return fail(format!(
+            "law `{}` is for {}, not for {flavour}",
+            spec.law,
+            spec.flavours.join(" and ")
+        ));
+    }
     if !(s.horizon.is_finite() && s.horizon > 0.0) {
         return fail(format!("the horizon is {}; it must be positive", s.horizon));
     }
@@ -209,7 +217,7 @@ pub(super) fn spec(s: &Spec) -> Result<(), SetupError> {
         | SlotKind::Velocity(a)
         | SlotKind::Position(a)
         | SlotKind::Increment(a) => a,
-        SlotKind::State | SlotKind::Computed(_) => 0,
+        SlotKind::TimeStep | SlotKind::State | SlotKind::Computed(_) => 0,
     };
     if let Some(slot) = s
         .slots

@@ -5,7 +5,7 @@ use super::{Engine, Home, State};
 use crate::kernel::Run;
 use crate::lane::Record;
 use crate::layout::Shape;
-use crate::spec::Stage;
+use crate::spec::{SlotKind, Stage};
 use crate::traverse::{CHUNK, Call, MAX_GEOMETRY, MAX_HISTORIES, MAX_SLOTS};
 use rayon::prelude::*;
 use std::ptr::{null, null_mut};
@@ -16,13 +16,6 @@ const ALL: u8 = 0xFF;
 const NOTHING: u8 = 0;
 
 impl Engine {
-    /// The first step sweep that can break bonds decides.
-    pub(super) fn killer(&self) -> Option<usize> {
-        self.programs
-            .iter()
-            .position(|p| p.stage == Stage::Step && p.kills)
-    }
-
     pub(super) fn run_stage(&mut self, stage: Stage, s: &State) {
         for k in 0..self.programs.len() {
             if self.programs[k].stage == stage {
@@ -224,8 +217,15 @@ impl Engine {
         }
     }
 
-    /// Displacements as the cloud traversal reads them.
+    /// The time step as a node slot, and displacements as the cloud traversal reads them.
     pub(super) fn pack(&mut self, s: &State) {
+        for (slot, home) in self.spec.slots.iter().zip(&self.homes) {
+            if let (SlotKind::TimeStep, Home::Array(a)) = (slot.kind, home)
+                && self.arrays[*a].first() != Some(&s.dt)
+            {
+                self.arrays[*a].fill(s.dt);
+            }
+        }
         if self.lattice {
             return;
         }

@@ -286,7 +286,7 @@ fn homes(spec: &Spec) -> (Vec<Home>, usize, usize) {
                 states += 1;
                 Home::State(states - 1)
             }
-            SlotKind::Increment(_) | SlotKind::Computed(_) => {
+            SlotKind::Increment(_) | SlotKind::TimeStep | SlotKind::Computed(_) => {
                 arrays += 1;
                 Home::Array(arrays - 1)
             }

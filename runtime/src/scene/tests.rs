@@ -104,6 +104,7 @@ fn spring(dim: usize) -> Spec {
         law: "spring".into(),
         title: String::new(),
         cites: Vec::new(),
+        flavours: Vec::new(),
         dim,
         params: vec![
             parameter("c", None),

@@ -30,6 +30,7 @@ fn spec(law: &str, params: &[&str], names: &[(&str, Stage)], sweeps: Vec<SweepSp
         law: law.into(),
         title: law.into(),
         cites: vec![],
+        flavours: vec![],
         dim: 3,
         params: params.iter().map(|p| param(p)).collect(),
         influences: vec![],

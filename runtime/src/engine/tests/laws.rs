@@ -28,6 +28,7 @@ pub fn empty(law: &str, dim: usize) -> Spec {
         law: law.into(),
         title: law.into(),
         cites: vec![],
+        flavours: vec![],
         dim,
         params: vec![],
         influences: vec![],
