@@ -16,7 +16,13 @@ pub mod laws {
         "laws/heat.pd",
         "laws/heat_state.pd",
         "laws/thermo_pmb.pd",
-        "laws/thermo_lps.pd"
+        "laws/thermo_lps.pd",
+        "laws/lps_plastic.pd",
+        "laws/lps_viscoelastic.pd",
+        "laws/correspondence.pd",
+        "laws/correspondence_stabilised.pd",
+        "laws/correspondence_svk.pd",
+        "laws/lamina.pd"
     );
 }
 
@@ -51,6 +57,12 @@ pub const CATALOGUE: &[Entry] = catalogue![
     heat_state,
     thermo_pmb,
     thermo_lps,
+    lps_plastic,
+    lps_viscoelastic,
+    correspondence,
+    correspondence_stabilised,
+    correspondence_svk,
+    lamina,
 ];
 
 /// The law of this name.

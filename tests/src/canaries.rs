@@ -1,17 +1,13 @@
-//! The laws of `tests/fixtures/laws` as machine code: a rate of a scalar field, tensors with a family stage and
-//! a vector state, and a history of directed bonds that a commit advances.
+//! The laws of `tests/fixtures/laws` as machine code: a rate of a scalar field, and a history of directed bonds
+//! that is read from both ends.
 
 use pdlang_runtime::kernel::CompiledLaw;
 
-pdlang_macros::include_model!(
-    "fixtures/laws/bond_heat.pd",
-    "fixtures/laws/bond_memory.pd",
-    "fixtures/laws/correspondence.pd",
-);
+pdlang_macros::include_model!("fixtures/laws/bond_heat.pd", "fixtures/laws/bond_memory.pd",);
 
 /// The kernels of a canary.
 pub fn find(name: &str) -> Option<&'static CompiledLaw> {
-    [&bond_heat::LAW, &bond_memory::LAW, &correspondence::LAW]
+    [&bond_heat::LAW, &bond_memory::LAW]
         .into_iter()
         .find(|law| law.name == name)
 }

@@ -117,6 +117,7 @@ fn expr(law: &Law, id: ExprId) -> String {
         ExprKind::Pi => "pi".into(),
         ExprKind::Dim => "dim".into(),
         ExprKind::Delta => "delta".into(),
+        ExprKind::TimeStep => "dt".into(),
         ExprKind::Identity => "I".into(),
         ExprKind::Var(k) => format!("var{k}"),
         ExprKind::Param(p) => law.params[p.index()].name.clone(),
