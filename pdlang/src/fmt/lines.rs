@@ -246,10 +246,8 @@ impl<'t> Writer<'_, 't> {
             }
             ")" | "]" => drop(self.open.pop()),
             "}" => {
-                if self.open.pop() != Some(Bracket::Case) {
-                    self.item = "";
-                    // A comment behind the brace belongs to its line, which ends with the next token.
-                }
+                let in_item = self.open.pop() == Some(Bracket::Case);
+                self.item = if in_item { self.item } else { "" };
             }
             _ => {}
         }

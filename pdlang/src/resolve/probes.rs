@@ -67,11 +67,8 @@ impl Reader<'_> {
         let place = self.place(written, settings.horizon)?;
         let mut expectations = Vec::new();
         for line in &written.lines {
-            match line {
-                ProbeLine::Expect(expected) => {
-                    expectations.extend(self.expectation(expected, &place, settings.horizon));
-                }
-                _ => {}
+            if let ProbeLine::Expect(expected) = line {
+                expectations.extend(self.expectation(expected, &place, settings.horizon));
             }
         }
         let expects = |line: &ProbeLine| matches!(line, ProbeLine::Expect(_));
