@@ -140,7 +140,8 @@ impl<'t> Writer<'_, 't> {
     /// Whether token `k` begins a line whatever the author says.
     fn begins(&self, k: usize) -> bool {
         let piece = &self.pieces[k];
-        let cited = piece.text == "cite" && self.item == "model" && self.open.is_empty();
+        let cited =
+            matches!(piece.text, "cite" | "for") && self.item == "model" && self.open.is_empty();
         let opens = piece.text == "{" && self.item == "model" && self.open.is_empty();
         self.starts(k)
             || self.closes_block(k)
@@ -150,7 +151,8 @@ impl<'t> Writer<'_, 't> {
     }
 
     fn is_cite(&self, line: &Line) -> bool {
-        self.item == "model" && line.tokens.first().is_some_and(|(word, _)| word == "cite")
+        let header = |word: &str| word == "cite" || word == "for";
+        self.item == "model" && line.tokens.first().is_some_and(|(word, _)| header(word))
     }
 
     /// How deep a line that begins with token `k` stands.
