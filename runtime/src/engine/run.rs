@@ -59,20 +59,21 @@ impl Engine {
 
     /// A pure run over some chunks.
     pub(super) fn run_some(&mut self, k: usize, s: &State, chunks: &[u32]) {
-        let calls: Vec<Call> = (0..self.layout.parts.len())
-            .map(|part| self.call(k, part, s))
-            .collect();
         let run = self.programs[k].run[1];
-        let parts = &self.layout.parts;
-        let one = |&c: &u32| {
-            let here = |part: &std::ops::Range<usize>| part.contains(&(c as usize));
-            let call = &calls[parts.iter().position(here).unwrap_or_default()];
-            unsafe { run(call, c as usize, c as usize + 1) }
-        };
-        if chunks.len() >= 256 && rayon::current_num_threads() > 1 {
-            chunks.par_iter().with_min_len(64).for_each(one);
-        } else {
-            chunks.iter().for_each(one);
+        for part in 0..self.layout.parts.len() {
+            let call = self.call(k, part, s);
+            let here = &self.layout.parts[part];
+            // SAFETY: as in `over_chunks`.
+            let one = |&c: &u32| {
+                if here.contains(&(c as usize)) {
+                    unsafe { run(&call, c as usize, c as usize + 1) }
+                }
+            };
+            if chunks.len() >= 256 && rayon::current_num_threads() > 1 {
+                chunks.par_iter().with_min_len(64).for_each(one);
+            } else {
+                chunks.iter().for_each(one);
+            }
         }
         self.refresh_outputs(k);
     }

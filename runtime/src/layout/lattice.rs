@@ -120,7 +120,7 @@ pub(crate) fn lattice(
         ..Layout::default()
     };
     place_chunks(&mut layout);
-    layout.parts = vec![0..layout.chunks()];
+    layout.parts = std::iter::once(0..layout.chunks()).collect();
     place_nodes(&mut layout, body, grid, plan, &mut occupied);
     let entries = stencil(plan, grid.spacing, delta, partial, body.volume[0]);
     let families = filters
