@@ -165,7 +165,8 @@ fn lps_of_cabanapd_with_influence_one_over_r() {
 #[test]
 fn fracture_of_lammps() {
     let law = laws::law("pmb_compression");
-    let mut question = Question::at_rest(&law, body()).with(&[("K", K), ("s00", 0.003)]);
+    let mut question =
+        Question::at_rest(&law, body()).with(&[("K", K), ("s00", 0.003), ("alpha", 0.25)]);
     (question.horizon, question.partial_volume) = (DELTA, true);
     let table = |step: usize| Table::read(&format!("lammps/pmb_frac.{step}")).expect("data");
     for traversal in [Traversal::Lattice, Traversal::Cloud] {
