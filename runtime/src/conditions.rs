@@ -1,5 +1,12 @@
 //! Initial values, prescribed motion and loads, by region and expression.
 
+mod loads;
+mod mirror;
+
+pub use loads::Loads;
+use loads::loaded;
+use mirror::{Reflected, images};
+
 use crate::body::Body;
 use crate::density::Density;
 use crate::engine::{Engine, State};
@@ -257,50 +264,6 @@ pub struct Conditions {
     pub work: f64,
 }
 
-/// Forces on a few nodes [N/m^3], layout order.
-#[derive(Default)]
-pub struct Loads {
-    pub density: Vec<Vec<f64>>,
-    pub touched: Vec<u32>,
-}
-
-impl Loads {
-    pub fn new(dim: usize, len: usize) -> Loads {
-        Loads {
-            density: vec![vec![0.0; len]; dim],
-            touched: Vec::new(),
-        }
-    }
-
-    /// Component `d` at slot `s`; loads that are never used hold no numbers.
-    pub fn at(&self, d: usize, s: usize) -> f64 {
-        self.density[d].get(s).copied().unwrap_or(0.0)
-    }
-
-    /// `v += dt * f / density` where there is a force.
-    pub fn kick(&self, v: &mut [Vec<f64>], density: &Density, dt: f64) {
-        for (v, f) in v.iter_mut().zip(&self.density) {
-            self.touched
-                .iter()
-                .map(|&s| s as usize)
-                .for_each(|s| v[s] += dt / density.at(s) * f[s]);
-        }
-    }
-
-    /// Work of these forces along `dt * v` [J].
-    pub fn work(&self, v: &[Vec<f64>], volume: &[f64], dt: f64) -> f64 {
-        let slots = self.touched.iter().map(|&s| s as usize);
-        slots
-            .map(|s| {
-                volume[s]
-                    * (0..v.len())
-                        .map(|d| self.density[d][s] * dt * v[d][s])
-                        .sum::<f64>()
-            })
-            .sum()
-    }
-}
-
 /// What the energy account of imposed motion needs to know about a step.
 pub struct Balance<'a> {
     pub body: &'a Body,
@@ -519,14 +482,6 @@ impl Conditions {
     }
 }
 
-fn loaded(force: &[Driver], dim: usize, len: usize) -> Loads {
-    let mut loads = Loads::new(dim, if force.is_empty() { 0 } else { len });
-    loads.touched = force.iter().flat_map(|d| d.slots.iter().copied()).collect();
-    loads.touched.sort_unstable();
-    loads.touched.dedup();
-    loads
-}
-
 /// Takes the nodes of `later` away from the earlier drivers of the same component.
 fn release(earlier: &mut [Driver], later: &Driver, nodes: usize) {
     let mut keep = vec![true; nodes];
@@ -572,104 +527,6 @@ fn drivers(condition: &Condition, body: &Body, engine: &Engine) -> Result<Vec<Dr
                 .map(|e| driver(c, e, &nodes, images.as_ref(), body, engine.slots()))
         })
         .collect()
-}
-
-/// The nodes' images, by user number, and where the expression is evaluated for each.
-struct Reflected {
-    nodes: Vec<u32>,
-    places: Vec<[f64; 3]>,
-    parity: Parity,
-}
-
-fn images(
-    mirror: &Mirror,
-    condition: &Condition,
-    nodes: &[u32],
-    body: &Body,
-) -> Result<Reflected, InputError> {
-    let length = mirror.normal.iter().map(|n| n * n).sum::<f64>().sqrt();
-    if !(length > 0.0 && length.is_finite()) {
-        return Err(InputError::new(
-            "the normal of a mirror has no direction",
-            "give the direction across the mirror, such as [1, 0, 0]",
-        ));
-    }
-    if !matches!(
-        condition.quantity,
-        Quantity::Displacement | Quantity::Field(_)
-    ) {
-        return Err(InputError::new(
-            format!("a mirror continues a {}", name(&condition.quantity)),
-            "a mirror goes with displacements and fields; velocities follow",
-        ));
-    }
-    let n = mirror.normal.map(|n| n / length);
-    let near = Near::of(body);
-    let mut found = Reflected {
-        nodes: Vec::with_capacity(nodes.len()),
-        places: Vec::with_capacity(nodes.len()),
-        parity: mirror.parity,
-    };
-    for &node in nodes {
-        let x = body.x[node as usize];
-        let along: f64 = (0..3).map(|d| (x[d] - mirror.point[d]) * n[d]).sum();
-        let moved = |by: f64| [0, 1, 2].map(|d| x[d] - by * along * n[d]);
-        let image = near.at(moved(2.0), body).filter(|i| {
-            *i != node
-                && !condition
-                    .region
-                    .contains(body.x[*i as usize], tolerance(body.spacing))
-        });
-        let Some(image) = image else {
-            let y = moved(2.0);
-            return Err(InputError::new(
-                format!(
-                    "node {node} at ({:e}, {:e}, {:e}) m has no mirror image: there is no node of the body outside \
-                     of the region at ({:e}, {:e}, {:e}) m",
-                    x[0], x[1], x[2], y[0], y[1], y[2]
-                ),
-                "put the mirror half way between two rows of nodes or on one, and the region on one side of it only",
-            ));
-        };
-        found.nodes.push(image);
-        found.places.push(match mirror.parity {
-            Parity::Odd => moved(1.0),
-            Parity::Even => x,
-        });
-    }
-    Ok(found)
-}
-
-/// Finds the node at a position.
-struct Near(std::collections::HashMap<[i64; 3], Vec<u32>>);
-
-impl Near {
-    fn of(body: &Body) -> Near {
-        let mut cells: std::collections::HashMap<_, Vec<u32>> = std::collections::HashMap::new();
-        for (node, x) in body.x.iter().enumerate() {
-            cells.entry(cell(*x, body)).or_default().push(node as u32);
-        }
-        Near(cells)
-    }
-
-    /// The node within a thousandth of the spacing.
-    fn at(&self, x: [f64; 3], body: &Body) -> Option<u32> {
-        let c = cell(x, body);
-        let around = (0..27).map(|k| [c[0] + k % 3 - 1, c[1] + k / 3 % 3 - 1, c[2] + k / 9 - 1]);
-        let close = |n: &u32| {
-            let y = body.x[*n as usize];
-            (0..3).map(|d| (x[d] - y[d]).powi(2)).sum::<f64>() <= (1e-3 * body.spacing).powi(2)
-        };
-        around
-            .filter_map(|c| self.0.get(&c))
-            .flatten()
-            .copied()
-            .find(close)
-    }
-}
-
-fn cell(x: [f64; 3], body: &Body) -> [i64; 3] {
-    x.map(|c| (c / body.spacing).floor() as i64)
 }
 
 fn driver(
