@@ -333,6 +333,3 @@ fn broken(name: &str, path: &str, text: &str, diagnostics: &[Diagnostic]) -> Law
         report: Some(shown.join("\n\n")),
     }
 }
-
-#[cfg(test)]
-mod tests;

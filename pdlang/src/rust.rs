@@ -52,7 +52,8 @@ fn dimension(spec: &Spec) -> TokenStream {
     let sweeps = compiled.iter().map(|(k, s)| sweep(*k, s, dim));
     let entries = compiled.iter().map(|(k, s)| {
         let name = type_name(*k, s);
-        quote!((#k, ::pdlang_runtime::sweep_entries!(#name, #dim)))
+        let rare = (s.stage != Stage::Step).then(|| quote!(rare));
+        quote!((#k, ::pdlang_runtime::sweep_entries!(#rare #name, #dim)))
     });
     quote! {
         pub mod #module {

@@ -149,45 +149,61 @@ pub struct Entries {
     pub avx512: Instances,
 }
 
-/// The [`Entries`] of a unit struct that implements `Sweep<D>`: `sweep_entries!(Force, 3)`.
+/// The [`Entries`] of a unit struct that implements `Sweep<D>`: `sweep_entries!(Force, 3)`. With `rare` in front,
+/// for a sweep that does not run at every step: whole families then take the instance for any.
 ///
 /// Every instance is a function of its own, not generic, so that they compile in parallel; each enables
 /// the instruction set for everything that is inlined into it.
 #[macro_export]
 macro_rules! sweep_entries {
-    ($sweep:path, $dim:literal) => {{
-        $crate::sweep_entries!(@scalar ls_whole ls_any lattice_scalar $sweep, $dim);
-        $crate::sweep_entries!(@scalar cs_whole cs_any cloud_scalar $sweep, $dim);
-        $crate::sweep_entries!(@vector "avx2,fma" l2_whole l2_any lattice_avx2 $sweep, $dim);
-        $crate::sweep_entries!(@vector "avx2,fma" c2_whole c2_any cloud_avx2 $sweep, $dim);
-        $crate::sweep_entries!(@vector "avx512f,avx512dq,avx512vl,avx2,fma" l5_whole l5_any lattice_avx512 $sweep, $dim);
-        $crate::sweep_entries!(@vector "avx512f,avx512dq,avx512vl,avx2,fma" c5_whole c5_any cloud_avx512 $sweep, $dim);
-        $crate::kernel::Entries {
-            scalar: $crate::kernel::Instances { lattice: [ls_whole, ls_any], cloud: [cs_whole, cs_any] },
-            #[cfg(target_arch = "x86_64")]
-            avx2: $crate::kernel::Instances { lattice: [l2_whole, l2_any], cloud: [c2_whole, c2_any] },
-            #[cfg(target_arch = "x86_64")]
-            avx512: $crate::kernel::Instances { lattice: [l5_whole, l5_any], cloud: [c5_whole, c5_any] },
-        }
+    (rare $sweep:path, $dim:literal) => {{
+        $crate::sweep_entries!(@scalar ls lattice_scalar true, $sweep, $dim);
+        $crate::sweep_entries!(@scalar cs cloud_scalar true, $sweep, $dim);
+        $crate::sweep_entries!(@avx2 l2 lattice_avx2 true, $sweep, $dim);
+        $crate::sweep_entries!(@avx2 c2 cloud_avx2 true, $sweep, $dim);
+        $crate::sweep_entries!(@avx512 l5 lattice_avx512 true, $sweep, $dim);
+        $crate::sweep_entries!(@avx512 c5 cloud_avx512 true, $sweep, $dim);
+        $crate::sweep_entries!(@entries [ls, ls] [cs, cs] [l2, l2] [c2, c2] [l5, l5] [c5, c5])
     }};
-    (@scalar $whole:ident $any:ident $run:ident $sweep:path, $dim:literal) => {
-        unsafe fn $whole(call: &$crate::traverse::Call, from: usize, to: usize) {
-            unsafe { $crate::traverse::$run::<$sweep, $dim, false>(&$sweep, call, from, to) }
-        }
-        unsafe fn $any(call: &$crate::traverse::Call, from: usize, to: usize) {
-            unsafe { $crate::traverse::$run::<$sweep, $dim, true>(&$sweep, call, from, to) }
+    ($sweep:path, $dim:literal) => {{
+        $crate::sweep_entries!(@scalar ls_whole lattice_scalar false, $sweep, $dim);
+        $crate::sweep_entries!(@scalar ls_any lattice_scalar true, $sweep, $dim);
+        $crate::sweep_entries!(@scalar cs_whole cloud_scalar false, $sweep, $dim);
+        $crate::sweep_entries!(@scalar cs_any cloud_scalar true, $sweep, $dim);
+        $crate::sweep_entries!(@avx2 l2_whole lattice_avx2 false, $sweep, $dim);
+        $crate::sweep_entries!(@avx2 l2_any lattice_avx2 true, $sweep, $dim);
+        $crate::sweep_entries!(@avx2 c2_whole cloud_avx2 false, $sweep, $dim);
+        $crate::sweep_entries!(@avx2 c2_any cloud_avx2 true, $sweep, $dim);
+        $crate::sweep_entries!(@avx512 l5_whole lattice_avx512 false, $sweep, $dim);
+        $crate::sweep_entries!(@avx512 l5_any lattice_avx512 true, $sweep, $dim);
+        $crate::sweep_entries!(@avx512 c5_whole cloud_avx512 false, $sweep, $dim);
+        $crate::sweep_entries!(@avx512 c5_any cloud_avx512 true, $sweep, $dim);
+        $crate::sweep_entries!(@entries
+            [ls_whole, ls_any] [cs_whole, cs_any] [l2_whole, l2_any] [c2_whole, c2_any] [l5_whole, l5_any] [c5_whole, c5_any])
+    }};
+    (@entries $ls:tt $cs:tt $l2:tt $c2:tt $l5:tt $c5:tt) => {
+        $crate::kernel::Entries {
+            scalar: $crate::kernel::Instances { lattice: $ls, cloud: $cs },
+            #[cfg(target_arch = "x86_64")]
+            avx2: $crate::kernel::Instances { lattice: $l2, cloud: $c2 },
+            #[cfg(target_arch = "x86_64")]
+            avx512: $crate::kernel::Instances { lattice: $l5, cloud: $c5 },
         }
     };
-    (@vector $features:literal $whole:ident $any:ident $run:ident $sweep:path, $dim:literal) => {
-        #[cfg(target_arch = "x86_64")]
-        #[target_feature(enable = $features)]
-        unsafe fn $whole(call: &$crate::traverse::Call, from: usize, to: usize) {
-            unsafe { $crate::traverse::$run::<$sweep, $dim, false>(&$sweep, call, from, to) }
-        }
-        #[cfg(target_arch = "x86_64")]
-        #[target_feature(enable = $features)]
-        unsafe fn $any(call: &$crate::traverse::Call, from: usize, to: usize) {
-            unsafe { $crate::traverse::$run::<$sweep, $dim, true>(&$sweep, call, from, to) }
+    (@scalar $($instance:tt)*) => {
+        $crate::sweep_entries!(@function [] $($instance)*);
+    };
+    (@avx2 $($instance:tt)*) => {
+        $crate::sweep_entries!(@function [#[cfg(target_arch = "x86_64")] #[target_feature(enable = "avx2,fma")]] $($instance)*);
+    };
+    (@avx512 $($instance:tt)*) => {
+        $crate::sweep_entries!(@function
+            [#[cfg(target_arch = "x86_64")] #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]] $($instance)*);
+    };
+    (@function [$($attribute:tt)*] $name:ident $run:ident $masked:literal, $sweep:path, $dim:literal) => {
+        $($attribute)*
+        unsafe fn $name(call: &$crate::traverse::Call, from: usize, to: usize) {
+            unsafe { $crate::traverse::$run::<$sweep, $dim, $masked>(&$sweep, call, from, to) }
         }
     };
 }

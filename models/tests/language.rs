@@ -1,5 +1,11 @@
-use super::*;
+//! What scenes ask of the language: expressions, influence functions, laws.
+
+use std::path::Path;
+
+use pdlang_models::language::Pdlang;
 use pdlang_runtime::language::dimension::{LENGTH, NUMBER, VELOCITY};
+use pdlang_runtime::language::{Complaint, Constant, Expected, Language, Variable};
+use pdlang_runtime::spec::{Op, Tape};
 
 fn variables() -> Vec<Variable> {
     let variable = |name: &str, unit| Variable {
