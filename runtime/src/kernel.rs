@@ -2,7 +2,7 @@
 //!
 //! A law reaches the runtime as a [`crate::spec::Spec`] (data: slots, constants, sweeps as tapes) and,
 //! when it was compiled, as a [`CompiledLaw`] whose sweeps carry the same straight-line bodies as machine
-//! code. Both run in the same traversals: an uncompiled sweep is a [`Sweep`] whose body walks the tape.
+//! code. Both run in the same traversals: an uncompiled sweep walks its tapes in place of a [`Sweep`].
 //!
 //! The generated code says what happens on a node or on a bond, generic over the lane type; the runtime
 //! owns every loop, mask, load and store. Rules for everything on the hot path: `#[inline(always)]`, no

@@ -1,14 +1,16 @@
 //! Tapes as running code: checked once, packed into few registers, then executed over any lane type.
 //!
 //! Set-up (constants, geometry, influence functions, filters, expressions of a scene) runs them over `f64`;
-//! a sweep that was not compiled runs them over the lanes of the traversal ([`TapeSweep`]). The lane operations
-//! and their order are those that generated code has, so the results are the same to the bit.
+//! a sweep that was not compiled runs them over the lanes of the traversal ([`TapeSweep`]), its bonds in blocks. The
+//! lane operations and their order are those that generated code has, so the results are the same to the bit.
 mod ball;
+mod block;
 mod exec;
 mod pack;
 mod sweep;
 
 pub(crate) use ball::ball;
+pub(crate) use block::Blocks;
 pub(crate) use exec::{Leaves, numbers, truth};
 pub(crate) use pack::{Leaf, Limits, Place, operands};
 pub(crate) use sweep::MAX_VALUES;
@@ -37,6 +39,10 @@ pub struct Code {
     pub(crate) steps: Vec<pack::Step>,
     /// Registers of the outputs.
     pub(crate) outs: Vec<u8>,
+    /// How many registers of a kind are in use.
+    pub(crate) registers: usize,
+    /// What a bond tape finds in its registers.
+    pub(crate) filled: pack::Filled,
     /// Tapes under integrals.
     pub(crate) balls: Vec<Code>,
 }

@@ -1,20 +1,12 @@
-//! Running packed code over a lane type.
+//! Running packed code over a lane type, one node at a time.
 use super::Code;
 use super::pack::{Leaf, One, Step, Two};
 use crate::kernel::Lane;
 use std::mem::MaybeUninit;
 
-/// What a tape reads and does in its place.
+/// What a tape reads in its place.
 pub(crate) trait Leaves<L: Lane> {
     fn leaf(&mut self, leaf: Leaf, k: usize) -> L;
-    #[inline(always)]
-    fn kill(&mut self, _m: L::Mask) {}
-    #[inline(always)]
-    fn add(&mut self, _accumulator: usize, _a: L, _b: L) {}
-    #[inline(always)]
-    fn max(&mut self, _accumulator: usize, _a: L) {}
-    #[inline(always)]
-    fn put_history(&mut self, _k: usize, _v: L) {}
 }
 
 /// Registers, as many as a byte can name, so that no access needs a bounds check. Left uninitialised: packed
@@ -69,10 +61,8 @@ pub(crate) fn run<L: Lane, V: Leaves<L>>(code: &Code, r: &mut Registers<L>, v: &
             Step::And(d, a, b) => r.put_truth(d, L::and(r.truth(a), r.truth(b))),
             Step::Or(d, a, b) => r.put_truth(d, L::or(r.truth(a), r.truth(b))),
             Step::Not(d, a) => r.put_truth(d, L::not(r.truth(a))),
-            Step::Kill(m) => v.kill(r.truth(m)),
-            Step::AddTo(k, a, b) => v.add(k as usize, r.number(a), r.number(b)),
-            Step::MaxTo(k, a) => v.max(k as usize, r.number(a)),
-            Step::PutHistory(k, a) => v.put_history(k as usize, r.number(a)),
+            // Tapes of bonds run in blocks.
+            Step::Kill(_) | Step::AddTo(..) | Step::MaxTo(..) | Step::PutHistory(..) => {}
         }
     }
 }

@@ -1,4 +1,7 @@
 //! Checking a tape and packing it: dead operations go, flavour cases resolve, registers are reused.
+//!
+//! The tape of a bond runs over blocks of bonds. What is the same for all of them, and what a traversal hands over
+//! bond by bond, has its registers before the first operation ([`Filled`]).
 use super::{Code, TapeError};
 use crate::body::Flavour;
 use crate::spec::{Op, Tape};
@@ -82,6 +85,19 @@ pub(crate) enum Two {
     Pow,
 }
 
+/// Registers of a bond tape that are filled before it runs.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Filled {
+    /// Literals and prologue values, once for all bonds of a node.
+    pub same: Vec<Step>,
+    /// By component: xi, eta, and xi + eta.
+    pub xi: Option<[u8; 3]>,
+    pub eta: Option<[u8; 3]>,
+    pub y: Option<[u8; 3]>,
+    /// 1/|xi|.
+    pub ix: Option<u8>,
+}
+
 /// One instruction; the first register is the target. Numbers and truth values have registers of their own.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Step {
@@ -125,8 +141,18 @@ impl Code {
             flavour,
         }
         .check()?;
-        Packer::new(tape, checked).pack(place, limits, flavour)
+        Packer::new(tape, checked, place).pack(limits, flavour)
     }
+}
+
+/// What a traversal hands over for a bond: component of a vector, or 1/|xi|.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Given {
+    Xi(u8),
+    Eta(u8),
+    /// xi + eta: an addition in the tape, one value to the traversal.
+    Y(u8),
+    Ix,
 }
 
 /// Register aliases (a flavour case is the register it chooses) and the kind of every register.
@@ -317,6 +343,7 @@ impl Pool {
 struct Packer<'a> {
     tape: &'a Tape,
     checked: Checked,
+    in_blocks: bool,
     /// Last operation that reads a register; none for dead ones, the length of the tape for outputs.
     last: Vec<Option<usize>>,
     place: Vec<u8>,
@@ -325,42 +352,109 @@ struct Packer<'a> {
 }
 
 impl<'a> Packer<'a> {
-    fn new(tape: &'a Tape, checked: Checked) -> Packer<'a> {
+    fn new(tape: &'a Tape, checked: Checked, place: Place) -> Packer<'a> {
         let n = tape.ops.len();
-        let mut last = vec![None; n];
-        for &r in &tape.outs {
-            last[checked.alias[r as usize]] = Some(n);
-        }
-        for k in (0..n).rev() {
-            let live = last[k].is_some() || checked.kinds[k] == Kind::Effect;
-            if checked.alias[k] != k || !live {
-                continue;
-            }
-            for r in operands(&tape.ops[k]) {
-                let slot = &mut last[checked.alias[r as usize]];
-                *slot = Some(slot.map_or(k, |l| l.max(k)));
-            }
-        }
         let pool = || Pool {
             free: vec![],
             next: 0,
         };
-        Packer {
+        let mut p = Packer {
             tape,
             checked,
-            last,
+            in_blocks: place == Place::Bond,
+            last: vec![None; n],
             place: vec![0; n],
             numbers: pool(),
             truths: pool(),
+        };
+        for &r in &tape.outs {
+            p.last[p.checked.alias[r as usize]] = Some(n);
+        }
+        for k in (0..n).rev() {
+            if !p.runs(k) || p.given(k).is_some() {
+                continue;
+            }
+            for r in operands(&tape.ops[k]) {
+                let slot = &mut p.last[p.checked.alias[r as usize]];
+                *slot = Some(slot.map_or(k, |l| l.max(k)));
+            }
+        }
+        p
+    }
+
+    /// Neither dead nor another name of a register.
+    fn runs(&self, k: usize) -> bool {
+        let live = self.last[k].is_some() || self.checked.kinds[k] == Kind::Effect;
+        self.checked.alias[k] == k && live
+    }
+
+    /// The same for all bonds of a node.
+    fn same(&self, k: usize) -> bool {
+        self.in_blocks && matches!(self.tape.ops[k], Op::Lit(_) | Op::Inf | Op::Pre(_))
+    }
+
+    fn given(&self, k: usize) -> Option<Given> {
+        let op = |k: u32| &self.tape.ops[self.checked.alias[k as usize]];
+        match self.tape.ops[k] {
+            _ if !self.in_blocks => None,
+            Op::Xi(a) => Some(Given::Xi(a)),
+            Op::Eta(a) => Some(Given::Eta(a)),
+            Op::Ix => Some(Given::Ix),
+            Op::Add(a, b) => match (op(a), op(b)) {
+                (Op::Xi(c), Op::Eta(d)) | (Op::Eta(d), Op::Xi(c)) if c == d => Some(Given::Y(*c)),
+                _ => None,
+            },
+            _ => None,
         }
     }
 
-    fn pack(mut self, place: Place, limits: &Limits, flavour: Flavour) -> Result<Code, TapeError> {
-        let mut code = Code::default();
+    /// Registers that are filled before the tape runs. They are never free.
+    fn fill(&mut self) -> Result<Filled, TapeError> {
+        let mut filled = Filled::default();
         let n = self.tape.ops.len();
         for k in 0..n {
-            let effect = self.checked.kinds[k] == Kind::Effect;
-            if self.checked.alias[k] != k || (self.last[k].is_none() && !effect) {
+            if !self.runs(k) {
+                continue;
+            }
+            if let Some(given) = self.given(k) {
+                self.place[k] = self.hand_over(&mut filled, given)?;
+            } else if self.same(k) {
+                self.place[k] = self.numbers.take()?;
+                let op = &self.tape.ops[k];
+                filled.same.push(step(op, self.place[k], &[]));
+            } else {
+                continue;
+            }
+            self.last[k] = Some(n);
+        }
+        Ok(filled)
+    }
+
+    fn hand_over(&mut self, filled: &mut Filled, given: Given) -> Result<u8, TapeError> {
+        let (vector, a) = match given {
+            Given::Xi(a) => (&mut filled.xi, a),
+            Given::Eta(a) => (&mut filled.eta, a),
+            Given::Y(a) => (&mut filled.y, a),
+            Given::Ix => {
+                let r = filled.ix.map_or_else(|| self.numbers.take(), Ok)?;
+                filled.ix = Some(r);
+                return Ok(r);
+            }
+        };
+        if vector.is_none() {
+            let mut fresh = || self.numbers.take();
+            *vector = Some([fresh()?, fresh()?, fresh()?]);
+        }
+        Ok(vector.map_or(0, |v| v[a as usize]))
+    }
+
+    fn pack(mut self, limits: &Limits, flavour: Flavour) -> Result<Code, TapeError> {
+        let mut code = Code {
+            filled: self.fill()?,
+            ..Code::default()
+        };
+        for k in 0..self.tape.ops.len() {
+            if !self.runs(k) || self.same(k) || self.given(k).is_some() {
                 continue;
             }
             let op = &self.tape.ops[k];
@@ -376,7 +470,6 @@ impl<'a> Packer<'a> {
             };
             self.place[k] = target;
             if let Op::Ball(inner) = op {
-                debug_assert_eq!(place, Place::Constants);
                 let inner = Code::new(inner, Place::Ball, limits, flavour)?;
                 if inner.outs.len() != 1 {
                     return Err(TapeError("a ball integral must have one output".into()));
@@ -391,6 +484,7 @@ impl<'a> Packer<'a> {
                 code.steps.push(step(op, target, &sources));
             }
         }
+        code.registers = self.numbers.next.max(self.truths.next);
         code.outs = self
             .tape
             .outs

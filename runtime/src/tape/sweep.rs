@@ -1,8 +1,10 @@
 //! A sweep that was not compiled: its bodies walk the tapes, inside the same traversals.
 use super::Code;
+use super::block::{AT_ONCE, Blocks, Columns, File, rows};
 use super::exec::{Leaves, Registers, run};
-use super::pack::Leaf;
-use crate::kernel::{Bond, Lane, Node, Sweep};
+use super::pack::{Leaf, Step};
+use crate::kernel::{Bond, Lane, Node};
+use crate::traverse::{Body, Rows};
 
 /// Most prologue values, and most accumulators, of an interpreted sweep.
 pub(crate) const MAX_VALUES: usize = 48;
@@ -36,117 +38,232 @@ impl<L: Lane, N: Node<L>> Leaves<L> for AtNode<'_, L, N> {
     }
 }
 
-struct AtBond<'a, L: Lane, B> {
-    bond: &'a mut B,
-    pre: &'a [L; MAX_VALUES],
-    acc: &'a mut [L; MAX_VALUES],
-}
-
-/// `Leaves` with the dimension that the trait of a bond carries.
-struct InSpace<const D: usize, T>(T);
-
-impl<L: Lane, const D: usize, B: Bond<L, D>> Leaves<L> for InSpace<D, AtBond<'_, L, B>> {
+impl<const D: usize> Body<D> for TapeSweep {
     #[inline(always)]
-    fn leaf(&mut self, leaf: Leaf, k: usize) -> L {
-        let b = &self.0;
-        match leaf {
-            Leaf::Pre => b.pre[k],
-            Leaf::Geo => b.bond.geo(k),
-            Leaf::Nbr => b.bond.nbr(k),
-            Leaf::Xi => b.bond.xi(k),
-            Leaf::Eta => b.bond.eta(k),
-            Leaf::Ix => b.bond.ix(),
-            Leaf::History => b.bond.history(k),
-            Leaf::Reverse => b.bond.reverse(k),
-            _ => L::splat(0.0),
-        }
-    }
-    #[inline(always)]
-    fn kill(&mut self, m: L::Mask) {
-        self.0.bond.kill(m);
-    }
-    #[inline(always)]
-    fn add(&mut self, k: usize, a: L, b: L) {
-        self.0.bond.add(&mut self.0.acc[k], a, b);
-    }
-    #[inline(always)]
-    fn max(&mut self, k: usize, a: L) {
-        self.0.bond.max(&mut self.0.acc[k], a);
-    }
-    #[inline(always)]
-    fn put_history(&mut self, k: usize, v: L) {
-        self.0.bond.put_history(k, v);
-    }
-}
-
-impl<const D: usize> Sweep<D> for TapeSweep {
-    type Pre<L: Lane> = [L; MAX_VALUES];
-    type Acc<L: Lane> = [L; MAX_VALUES];
-
-    #[inline(always)]
-    fn zero<L: Lane>(&self) -> [L; MAX_VALUES] {
+    unsafe fn run<L: Blocks, N: Node<L>, R: Rows<L, D>>(&self, node: &mut N, rows: &R) {
         let mut acc = [L::splat(0.0); MAX_VALUES];
         let mut left = self.extremes;
         while left != 0 {
             acc[left.trailing_zeros() as usize] = L::splat(f64::NEG_INFINITY);
             left &= left - 1;
         }
-        acc
-    }
-
-    #[inline(always)]
-    fn pre<L: Lane, N: Node<L>>(&self, node: &N) -> [L; MAX_VALUES] {
-        let mut out = [L::splat(0.0); MAX_VALUES];
+        let mut pre = [L::splat(0.0); MAX_VALUES];
         let mut r = Registers::new();
-        run(
-            &self.pre,
-            &mut r,
-            &mut AtNode {
-                node,
-                pre: &out,
-                acc: &out,
-            },
-        );
-        for (to, &from) in out.iter_mut().zip(&self.pre.outs) {
+        let mut at = AtNode {
+            node: &*node,
+            pre: &pre,
+            acc: &acc,
+        };
+        run(&self.pre, &mut r, &mut at);
+        for (to, &from) in pre.iter_mut().zip(&self.pre.outs) {
             *to = r.number(from);
         }
-        out
-    }
-
-    #[inline(always)]
-    fn bond<L: Lane, B: Bond<L, D>>(
-        &self,
-        pre: &[L; MAX_VALUES],
-        bond: &mut B,
-        acc: &mut [L; MAX_VALUES],
-    ) {
-        let mut r = Registers::new();
-        run(
-            &self.bond,
-            &mut r,
-            &mut InSpace::<D, _>(AtBond { bond, pre, acc }),
-        );
-    }
-
-    #[inline(always)]
-    fn post<L: Lane, N: Node<L>>(
-        &self,
-        pre: &[L; MAX_VALUES],
-        acc: &[L; MAX_VALUES],
-        node: &mut N,
-    ) {
-        let mut r = Registers::new();
-        run(
-            &self.post,
-            &mut r,
-            &mut AtNode {
-                node: &*node,
-                pre,
-                acc,
-            },
-        );
+        // SAFETY: as of this function.
+        unsafe { self.bonds(&pre, rows, &mut acc) };
+        let mut at = AtNode {
+            node: &*node,
+            pre: &pre,
+            acc: &acc,
+        };
+        run(&self.post, &mut r, &mut at);
         for (k, &from) in self.post.outs.iter().enumerate() {
             node.out(k, r.number(from));
+        }
+    }
+}
+
+impl TapeSweep {
+    /// Runs the bond tape over all rows, block after block.
+    #[inline(always)]
+    unsafe fn bonds<L: Blocks, R: Rows<L, D>, const D: usize>(
+        &self,
+        pre: &[L; MAX_VALUES],
+        bonds: &R,
+        acc: &mut [L; MAX_VALUES],
+    ) {
+        let most = rows::<L>(self.bond.registers);
+        let mut file = File::<L>::new();
+        let columns = file.columns(most);
+        let width = most.min(bonds.count().next_multiple_of(AT_ONCE));
+        for step in &self.bond.filled.same {
+            let (d, v) = match *step {
+                Step::Lit(d, v) => (d, L::splat(v)),
+                Step::Leaf(d, _, k) => (d, pre[k as usize]),
+                _ => continue,
+            };
+            let mut k = 0;
+            while k < width {
+                // SAFETY: columns have `most` rows, of which there are `width` at most.
+                unsafe { columns.number(d).add(k).write(v) };
+                k += 1;
+            }
+        }
+        let mut first = 0;
+        while first < bonds.count() {
+            let block = Block {
+                bonds,
+                first,
+                count: most.min(bonds.count() - first),
+            };
+            // SAFETY: as of this function; the columns hold what is the same for all bonds.
+            unsafe { block.run(&self.bond, columns, acc) };
+            first += most;
+        }
+    }
+}
+
+/// Some of the bonds of the nodes at hand.
+struct Block<'a, R> {
+    bonds: &'a R,
+    first: usize,
+    count: usize,
+}
+
+impl<R> Block<'_, R> {
+    /// The row of the traversal. Those behind the last one, up to a multiple of [`AT_ONCE`], repeat it: they are
+    /// computed and not used.
+    #[inline(always)]
+    fn row(&self, k: usize) -> usize {
+        self.first + if k < self.count { k } else { self.count - 1 }
+    }
+
+    #[inline(always)]
+    unsafe fn run<L: Blocks, const D: usize>(
+        &self,
+        code: &Code,
+        columns: Columns<L>,
+        acc: &mut [L; MAX_VALUES],
+    ) where
+        R: Rows<L, D>,
+    {
+        let rows = self.count.next_multiple_of(AT_ONCE);
+        unsafe {
+            self.fill(code, columns, rows);
+            let mut steps = &code.steps[..];
+            loop {
+                steps = &steps[L::arithmetic(steps, columns, rows)..];
+                let Some((step, rest)) = steps.split_first() else {
+                    return;
+                };
+                match *step {
+                    Step::Leaf(d, leaf, k) => self.load(leaf, k as usize, columns.number(d), rows),
+                    _ => self.effect(step, columns, acc),
+                }
+                steps = rest;
+            }
+        }
+    }
+
+    /// Fills the registers of bond vectors.
+    #[inline(always)]
+    unsafe fn fill<L: Blocks, const D: usize>(&self, code: &Code, columns: Columns<L>, rows: usize)
+    where
+        R: Rows<L, D>,
+    {
+        let f = &code.filled;
+        if f.xi.is_none() && f.eta.is_none() && f.y.is_none() && f.ix.is_none() {
+            return;
+        }
+        let mut k = 0;
+        while k < rows {
+            unsafe {
+                self.bonds.ahead(self.row(k));
+                let bond = self.bonds.bond(self.row(k));
+                if let Some(r) = f.y {
+                    let mut a = 0;
+                    while a < D {
+                        let y = bond.xi(a).add(bond.eta(a));
+                        columns.number(r[a]).add(k).write(y);
+                        a += 1;
+                    }
+                }
+                if let Some(r) = f.xi {
+                    let mut a = 0;
+                    while a < D {
+                        columns.number(r[a]).add(k).write(bond.xi(a));
+                        a += 1;
+                    }
+                }
+                if let Some(r) = f.eta {
+                    let mut a = 0;
+                    while a < D {
+                        columns.number(r[a]).add(k).write(bond.eta(a));
+                        a += 1;
+                    }
+                }
+                if let Some(r) = f.ix {
+                    columns.number(r).add(k).write(bond.ix());
+                }
+            }
+            k += 1;
+        }
+    }
+
+    #[inline(always)]
+    unsafe fn load<L: Blocks, const D: usize>(&self, leaf: Leaf, k: usize, to: *mut L, rows: usize)
+    where
+        R: Rows<L, D>,
+    {
+        macro_rules! each {
+            ($value:ident) => {{
+                let mut row = 0;
+                while row < rows {
+                    unsafe { to.add(row).write(self.bonds.bond(self.row(row)).$value(k)) };
+                    row += 1;
+                }
+            }};
+        }
+        match leaf {
+            Leaf::Geo => each!(geo),
+            Leaf::Nbr => each!(nbr),
+            Leaf::History => each!(history),
+            Leaf::Reverse => each!(reverse),
+            _ => {}
+        }
+    }
+
+    #[inline(always)]
+    unsafe fn effect<L: Blocks, const D: usize>(
+        &self,
+        step: &Step,
+        columns: Columns<L>,
+        acc: &mut [L; MAX_VALUES],
+    ) where
+        R: Rows<L, D>,
+    {
+        macro_rules! each {
+            (|$bond:ident, $k:ident| $do:expr) => {{
+                let mut $k = 0;
+                while $k < self.count {
+                    unsafe {
+                        #[allow(unused_mut)]
+                        let mut $bond = self.bonds.bond(self.first + $k);
+                        $do;
+                    }
+                    $k += 1;
+                }
+            }};
+        }
+        match *step {
+            Step::AddTo(sum, a, b) => {
+                let (a, b, mut s) = (columns.number(a), columns.number(b), acc[sum as usize]);
+                each!(|bond, k| bond.add(&mut s, *a.add(k), *b.add(k)));
+                acc[sum as usize] = s;
+            }
+            Step::MaxTo(sum, a) => {
+                let (a, mut s) = (columns.number(a), acc[sum as usize]);
+                each!(|bond, k| bond.max(&mut s, *a.add(k)));
+                acc[sum as usize] = s;
+            }
+            Step::Kill(m) => {
+                let m = columns.truth(m);
+                each!(|bond, k| bond.kill(*m.add(k)));
+            }
+            Step::PutHistory(h, a) => {
+                let a = columns.number(a);
+                each!(|bond, k| bond.put_history(h as usize, *a.add(k)));
+            }
+            _ => {}
         }
     }
 }

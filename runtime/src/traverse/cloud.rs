@@ -1,7 +1,8 @@
 //! Cloud traversal: neighbour lists in SELL-8, nodes in lanes.
-use super::{CHUNK, Call, Nodes, Row};
-use crate::kernel::{Bond, Sweep, norm_squared};
+use super::{Body, CHUNK, Call, Nodes, Row, Rows};
+use crate::kernel::{Bond, norm_squared};
 use crate::lane::{Memory, Record};
+use crate::tape::Blocks;
 
 /// Rows ahead at which the index and geometry streams are fetched.
 const AHEAD: usize = 24;
@@ -99,9 +100,57 @@ unsafe fn across<L: Memory, const D: usize>(
     v
 }
 
+/// The columns of one part of a chunk.
+struct Columns<'a, L: Memory, const D: usize, const MASKED: bool> {
+    call: &'a Call,
+    nbr: &'a [*const f64],
+    geometry: &'a [*const f64],
+    chunk: usize,
+    part: usize,
+    u: *const Record,
+    x: *const Record,
+    /// Displacements and positions of the nodes.
+    ui: [L; D],
+    xi: [L; D],
+    /// The first row.
+    row: usize,
+    count: usize,
+}
+
+impl<L: Memory, const D: usize, const MASKED: bool> Rows<L, D> for Columns<'_, L, D, MASKED> {
+    type Bond<'a>
+        = Column<'a, L, D, MASKED>
+    where
+        Self: 'a;
+    #[inline(always)]
+    fn count(&self) -> usize {
+        self.count
+    }
+    #[inline(always)]
+    unsafe fn bond(&self, k: usize) -> Column<'_, L, D, MASKED> {
+        unsafe {
+            let row = Row::<L, MASKED>::new(self.call, self.chunk, self.row + k, self.part);
+            let index = self.call.index.add(row.cell());
+            Column {
+                geometry: self.geometry,
+                nbr: self.nbr,
+                index,
+                xi: across(self.x, index, &self.xi),
+                eta: across(self.u, index, &self.ui),
+                row,
+            }
+        }
+    }
+    #[inline(always)]
+    fn ahead(&self, k: usize) {
+        let cell = (self.row + k + AHEAD) * CHUNK + self.part * L::W;
+        L::prefetch(self.call.index.wrapping_add(cell).cast());
+    }
+}
+
 /// Runs a sweep on the chunks `from..to`.
 #[inline(always)]
-pub(super) unsafe fn chunks<L: Memory, S: Sweep<D>, const D: usize, const MASKED: bool>(
+pub(super) unsafe fn chunks<L: Blocks, S: Body<D>, const D: usize, const MASKED: bool>(
     sweep: &S,
     call: &Call,
     from: usize,
@@ -130,27 +179,20 @@ pub(super) unsafe fn chunks<L: Memory, S: Sweep<D>, const D: usize, const MASKED
                     at,
                     occupied: *call.nodes.add(chunk) >> (part * L::W),
                 };
-                let pre = sweep.pre::<L, _>(&nodes);
-                let mut acc = sweep.zero::<L>();
-                let ui: [L; D] = at_places(u, here.as_ptr());
-                let xi: [L; D] = at_places(x, here.as_ptr());
-                let mut row = first;
-                while row < last {
-                    let view = Row::<L, MASKED>::new(call, chunk, row, part);
-                    let index = call.index.add(view.cell());
-                    L::prefetch(index.wrapping_add(AHEAD * CHUNK).cast());
-                    let mut bond = Column {
-                        geometry: &geometry,
-                        nbr: &nbr,
-                        index,
-                        xi: across(x, index, &xi),
-                        eta: across(u, index, &ui),
-                        row: view,
-                    };
-                    sweep.bond(&pre, &mut bond, &mut acc);
-                    row += 1;
-                }
-                sweep.post(&pre, &acc, &mut nodes);
+                let columns = Columns::<L, D, MASKED> {
+                    call,
+                    nbr: &nbr,
+                    geometry: &geometry,
+                    chunk,
+                    part,
+                    u,
+                    x,
+                    ui: at_places(u, here.as_ptr()),
+                    xi: at_places(x, here.as_ptr()),
+                    row: first,
+                    count: last - first,
+                };
+                sweep.run(&mut nodes, &columns);
                 part += 1;
             }
         }

@@ -1,42 +1,47 @@
 //! Instances of the interpreted sweep.
-use super::Call;
+use super::{Call, cloud, lattice};
 use crate::kernel::Run;
 use crate::lane::Isa;
-use crate::tape::TapeSweep;
+#[cfg(target_arch = "x86_64")]
+use crate::lane::{Avx2, Avx512};
 
 macro_rules! instance {
-    ($(#[$attr:meta])* $name:ident, $run:ident) => {
+    ($(#[$attr:meta])* $name:ident, $traversal:ident, $lane:ty) => {
         $(#[$attr])*
         unsafe fn $name<const D: usize, const MASKED: bool>(call: &Call, from: usize, to: usize) {
-            unsafe { super::$run::<TapeSweep, D, MASKED>(&*call.tape, call, from, to) }
+            unsafe { $traversal::chunks::<$lane, _, D, MASKED>(&*call.tape, call, from, to) }
         }
     };
 }
-instance!(lattice_in_scalar, lattice_scalar);
-instance!(cloud_in_scalar, cloud_scalar);
+instance!(lattice_in_scalar, lattice, f64);
+instance!(cloud_in_scalar, cloud, f64);
 #[cfg(target_arch = "x86_64")]
 instance!(
     #[target_feature(enable = "avx2,fma")]
     lattice_in_avx2,
-    lattice_avx2
+    lattice,
+    Avx2
 );
 #[cfg(target_arch = "x86_64")]
 instance!(
     #[target_feature(enable = "avx2,fma")]
     cloud_in_avx2,
-    cloud_avx2
+    cloud,
+    Avx2
 );
 #[cfg(target_arch = "x86_64")]
 instance!(
     #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
     lattice_in_avx512,
-    lattice_avx512
+    lattice,
+    Avx512
 );
 #[cfg(target_arch = "x86_64")]
 instance!(
     #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
     cloud_in_avx512,
-    cloud_avx512
+    cloud,
+    Avx512
 );
 
 /// The two instances (whole families, any) for a dimension, an instruction set and a traversal.

@@ -1,7 +1,8 @@
 //! Lattice traversal: the family is a stencil, every load is contiguous.
-use super::{CHUNK, Call, Nodes, Row};
-use crate::kernel::{Bond, Sweep};
+use super::{Body, CHUNK, Call, Nodes, Row, Rows};
+use crate::kernel::Bond;
 use crate::lane::Memory;
+use crate::tape::Blocks;
 
 /// One stencil entry seen from the nodes of one part of a chunk.
 struct Entry<'a, L: Memory, const D: usize, const MASKED: bool> {
@@ -72,9 +73,57 @@ unsafe fn load<L: Memory, const D: usize>(from: &[*const f64; 3], at: usize) -> 
     v
 }
 
+/// The stencil, seen from the nodes of one part of a chunk.
+struct Entries<'a, L: Memory, const D: usize, const MASKED: bool> {
+    call: &'a Call,
+    u: &'a [*const f64; 3],
+    nbr: &'a [*const f64],
+    chunk: usize,
+    part: usize,
+    /// Slot of lane 0, and the displacements there.
+    at: usize,
+    ui: [L; D],
+    /// Of the first entry.
+    row: usize,
+    record: *const f64,
+    stride: usize,
+    count: usize,
+}
+
+impl<L: Memory, const D: usize, const MASKED: bool> Rows<L, D> for Entries<'_, L, D, MASKED> {
+    type Bond<'a>
+        = Entry<'a, L, D, MASKED>
+    where
+        Self: 'a;
+    #[inline(always)]
+    fn count(&self) -> usize {
+        self.count
+    }
+    #[inline(always)]
+    unsafe fn bond(&self, k: usize) -> Entry<'_, L, D, MASKED> {
+        unsafe {
+            let record = self.record.add(k * self.stride);
+            let other = self.at.wrapping_add_signed(*record.cast::<i64>() as isize);
+            let mut eta: [L; D] = load(self.u, other);
+            let mut a = 0;
+            while a < D {
+                eta[a] = eta[a].sub(self.ui[a]);
+                a += 1;
+            }
+            Entry {
+                row: Row::new(self.call, self.chunk, self.row + k, self.part),
+                record,
+                nbr: self.nbr,
+                other,
+                eta,
+            }
+        }
+    }
+}
+
 /// Runs a sweep on the chunks `from..to`.
 #[inline(always)]
-pub(super) unsafe fn chunks<L: Memory, S: Sweep<D>, const D: usize, const MASKED: bool>(
+pub(super) unsafe fn chunks<L: Blocks, S: Body<D>, const D: usize, const MASKED: bool>(
     sweep: &S,
     call: &Call,
     from: usize,
@@ -90,7 +139,6 @@ pub(super) unsafe fn chunks<L: Memory, S: Sweep<D>, const D: usize, const MASKED
                 *call.first.add(chunk) as usize,
                 *call.last.add(chunk) as usize,
             );
-            let end = call.table.add((last - start) * stride);
             let mut part = 0;
             while part < CHUNK / L::W {
                 let at = base + part * L::W;
@@ -99,32 +147,20 @@ pub(super) unsafe fn chunks<L: Memory, S: Sweep<D>, const D: usize, const MASKED
                     at,
                     occupied: *call.nodes.add(chunk) >> (part * L::W),
                 };
-                let pre = sweep.pre::<L, _>(&nodes);
-                let mut acc = sweep.zero::<L>();
-                let ui: [L; D] = load(&u, at);
-                let mut record = call.table.add((first - start) * stride);
-                let mut row = first;
-                while record != end {
-                    let other = at.wrapping_add_signed(*record.cast::<i64>() as isize);
-                    let mut eta: [L; D] = load(&u, other);
-                    let mut a = 0;
-                    while a < D {
-                        eta[a] = eta[a].sub(ui[a]);
-                        a += 1;
-                    }
-                    let row_view = Row::<L, MASKED>::new(call, chunk, row, part);
-                    let mut bond = Entry {
-                        row: row_view,
-                        record,
-                        nbr: &nbr,
-                        other,
-                        eta,
-                    };
-                    sweep.bond(&pre, &mut bond, &mut acc);
-                    record = record.add(stride);
-                    row += 1;
-                }
-                sweep.post(&pre, &acc, &mut nodes);
+                let entries = Entries::<L, D, MASKED> {
+                    call,
+                    u: &u,
+                    nbr: &nbr,
+                    chunk,
+                    part,
+                    at,
+                    ui: load(&u, at),
+                    row: first,
+                    record: call.table.add((first - start) * stride),
+                    stride,
+                    count: last - first,
+                };
+                sweep.run(&mut nodes, &entries);
                 part += 1;
             }
         }

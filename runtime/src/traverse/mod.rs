@@ -12,9 +12,9 @@ mod lattice;
 
 pub(crate) use interpreted::interpreted;
 
-use crate::kernel::{Node, Sweep};
+use crate::kernel::{Bond, Lane, Node, Sweep};
 use crate::lane::{Memory, Record};
-use crate::tape::TapeSweep;
+use crate::tape::{Blocks, TapeSweep};
 
 /// Nodes in a chunk, and bits in a row's mask.
 pub const CHUNK: usize = 8;
@@ -64,6 +64,44 @@ pub struct Call {
 // SAFETY: a call is shared between threads that run disjoint chunks; what a chunk writes (its own slots, mask
 // bytes, histories and counter) no other chunk touches, except padding slots, which nobody reads before they are refreshed.
 unsafe impl Sync for Call {}
+
+/// The bonds of the nodes of one part of a chunk, one of each node per row.
+pub(crate) trait Rows<L: Lane, const D: usize> {
+    type Bond<'a>: Bond<L, D>
+    where
+        Self: 'a;
+    fn count(&self) -> usize;
+    /// # Safety
+    /// `k` is below the count.
+    unsafe fn bond(&self, k: usize) -> Self::Bond<'_>;
+    /// Fetches what rows some way behind `k` will read.
+    #[inline(always)]
+    fn ahead(&self, _k: usize) {}
+}
+
+/// What happens at a node: a compiled sweep takes its bonds one by one, an interpreted one in blocks.
+pub(crate) trait Body<const D: usize> {
+    /// # Safety
+    /// The processor has the instruction set of the lane, and the rows are those of the node.
+    unsafe fn run<L: Blocks, N: Node<L>, R: Rows<L, D>>(&self, node: &mut N, rows: &R);
+}
+
+impl<S: Sweep<D>, const D: usize> Body<D> for S {
+    #[inline(always)]
+    unsafe fn run<L: Blocks, N: Node<L>, R: Rows<L, D>>(&self, node: &mut N, rows: &R) {
+        let pre = self.pre::<L, _>(node);
+        let mut acc = self.zero::<L>();
+        let (mut k, count) = (0, rows.count());
+        while k < count {
+            rows.ahead(k);
+            // SAFETY: k is below the count.
+            let mut bond = unsafe { rows.bond(k) };
+            self.bond(&pre, &mut bond, &mut acc);
+            k += 1;
+        }
+        self.post(&pre, &acc, node);
+    }
+}
 
 /// The node slots at one position.
 pub(crate) struct Nodes<'a, const MASKED: bool> {
