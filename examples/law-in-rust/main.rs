@@ -98,7 +98,7 @@ fn settings(law: &Law, params: Vec<f64>) -> Settings {
         influences: influences
             .filter_map(|i| Some((i.default.clone()?, vec![])))
             .collect(),
-        horizon: 3.0 * SPACING,
+        horizon: vec![3.0 * SPACING],
         partial_volume: false,
         // Constants from the sum over the lattice instead of the integral: then the speed is exact.
         lattice_constants: true,

@@ -137,6 +137,9 @@ fn answers(lowering: &mut Lowering) -> Answers {
             }
         }
     }
+    if let Some(energy) = r.energy.take() {
+        r.energy = Some(lowering.algebra.constants_on_bonds(&energy));
+    }
     for (key, parts) in force_state(lowering, &split) {
         let total = state
             .entry(key)

@@ -423,6 +423,39 @@ impl Algebra {
         self.mul(&weight, body)
     }
 
+    /// The same with constants that multiply nothing but a sum inside of it, where they are those of the bond. The
+    /// force of such an energy is the same from both ends, so its energy must be too.
+    pub fn constants_on_bonds(&mut self, p: &Poly) -> Poly {
+        let mut bodies: BTreeMap<(Reduction, FamilyId), Poly> = BTreeMap::new();
+        let mut rest = Collector::default();
+        for (m, k) in &p.0 {
+            let sum = m.0.iter().find_map(|(a, n)| match (self.atom(*a), n) {
+                (Atom::Sum(r, f, body), 1) if !r.is_extreme() => Some((*a, (*r, *f), body.clone())),
+                _ => None,
+            });
+            let alone = sum.map(|(a, key, body)| (m.without(a), key, body));
+            match alone {
+                Some((constants, key, body))
+                    if constants
+                        .0
+                        .iter()
+                        .all(|(a, _)| self.nature(*a).home == Home::Constant) =>
+                {
+                    let part = self.mul(&Poly(vec![(constants, *k)]), &body);
+                    let whole = self.add(&bodies.remove(&key).unwrap_or_default(), &part);
+                    bodies.insert(key, whole);
+                }
+                _ => rest.term(m.clone(), *k),
+            }
+        }
+        let mut total = rest.finish(self);
+        for ((reduction, family), body) in bodies {
+            let sum = self.poly(Atom::Sum(reduction, family, body));
+            total = self.add(&total, &sum);
+        }
+        total
+    }
+
     pub fn scale(&mut self, a: &Poly, k: Ratio) -> Poly {
         self.mul(a, &Poly::constant(k))
     }

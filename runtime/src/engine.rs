@@ -38,8 +38,9 @@ pub struct Settings {
     pub materials: Vec<Vec<f64>>,
     /// One per [`Spec::influences`], with its parameter values.
     pub influences: Vec<(InfluenceFn, Vec<f64>)>,
-    /// [m]
-    pub horizon: f64,
+    /// Of every material [m]; a single one is that of all. Two meet in their average: a bond between two materials
+    /// exists where it is no longer than that.
+    pub horizon: Vec<f64>,
     /// Neighbours near the rim count in part: 1 for r <= delta - dx/2, else (delta + dx/2 - r)/dx.
     pub partial_volume: bool,
     /// `ball()` is the sum over a full lattice family instead of the integral.
@@ -47,6 +48,24 @@ pub struct Settings {
     pub traversal: Traversal,
     /// None: the best that the processor has.
     pub isa: Option<Isa>,
+}
+
+impl Settings {
+    /// The horizon on bonds between two materials [m].
+    pub(crate) fn met_horizon(&self, a: usize, b: usize) -> f64 {
+        let of = |material: usize| self.horizon[material.min(self.horizon.len() - 1)];
+        if a == b { of(a) } else { 0.5 * (of(a) + of(b)) }
+    }
+
+    /// The largest horizon [m].
+    pub(crate) fn reach(&self) -> f64 {
+        self.horizon.iter().copied().fold(0.0, f64::max)
+    }
+
+    /// The smallest horizon [m].
+    pub(crate) fn least_horizon(&self) -> f64 {
+        self.horizon.iter().copied().fold(f64::INFINITY, f64::min)
+    }
 }
 
 /// How families are stored and walked.

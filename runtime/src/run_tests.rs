@@ -34,7 +34,7 @@ pub(crate) fn block(cells: [f64; 3], flavour: Flavour, s0: f64) -> Setup {
         settings: Settings {
             materials: vec![vec![1.0, s0]],
             influences: vec![],
-            horizon: 1.5,
+            horizon: vec![1.5],
             partial_volume: false,
             lattice_constants: false,
             traversal: Traversal::Auto,
@@ -562,7 +562,7 @@ fn mirrors_hold_a_surface_or_close_it() {
     let mut setup = block([6.0, 1.0, 1.0], Flavour::Bar, 1.0);
     setup.law = Law::interpreted(law::heat(1));
     setup.settings.materials = vec![vec![1.0]];
-    setup.settings.horizon = 2.5;
+    setup.settings.horizon = vec![2.5];
     let outside = Shape::Box {
         from: [0.0, -1.0, -1.0],
         to: [2.0, 1.0, 1.0],

@@ -75,7 +75,7 @@ pub struct Simulation {
     pub engine: Engine,
     pub state: State,
     pub density: Density,
-    /// [m]
+    /// The smallest of all materials [m].
     pub horizon: f64,
     pub indenters: Vec<Indenter>,
     /// [s]; 0 when the forces are evaluated only once.
@@ -157,7 +157,7 @@ impl Simulation {
         check(&setup)?;
         let spec = setup.law.spec.clone();
         let scene = fingerprint(&setup, &spec)?;
-        let (no_fail, horizon) = (no_fail(&setup)?, setup.settings.horizon);
+        let (no_fail, horizon) = (no_fail(&setup)?, setup.settings.least_horizon());
         let mut engine = Engine::new(&setup.body, setup.law, setup.settings)
             .map_err(|e| InputError::new(e.to_string(), ""))?;
         if !setup.no_fail.is_empty() {
@@ -500,7 +500,7 @@ fn fingerprint(setup: &Setup, spec: &Spec) -> Result<u64, InputError> {
     f.debug(&(
         &s.materials,
         &s.influences,
-        s.horizon,
+        &s.horizon,
         s.partial_volume,
         s.lattice_constants,
     ));

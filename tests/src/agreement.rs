@@ -337,7 +337,7 @@ impl Question<'_> {
                 .iter()
                 .map(|(f, v)| (influence(f), v.clone()))
                 .collect(),
-            horizon: self.horizon,
+            horizon: vec![self.horizon],
             partial_volume: self.partial_volume,
             lattice_constants: self.lattice_constants,
             traversal,

@@ -12,6 +12,17 @@ use pdlang_tests::{bodies, laws};
 const LAWS: [&str; 5] = ["pmb", "pmb_compression", "gpmb", "lps", "lps_frozen"];
 
 fn engine(question: &Question, body: &Body, law: Law, materials: &[Vec<f64>]) -> Engine {
+    graded(question, body, law, materials, &[1.0])
+}
+
+/// `horizons`: of every material, in those of the question.
+fn graded(
+    question: &Question,
+    body: &Body,
+    law: Law,
+    materials: &[Vec<f64>],
+    horizons: &[f64],
+) -> Engine {
     let chosen = |i: &InfluenceSpec| i.default.clone().map(|f| (f, vec![]));
     let constant = |i: &InfluenceSpec| {
         let (f, values) = laws::influence("constant");
@@ -20,7 +31,7 @@ fn engine(question: &Question, body: &Body, law: Law, materials: &[Vec<f64>]) ->
     let settings = Settings {
         materials: materials.to_vec(),
         influences: law.spec.influences.iter().map(constant).collect(),
-        horizon: question.horizon,
+        horizon: horizons.iter().map(|h| h * question.horizon).collect(),
         partial_volume: false,
         lattice_constants: false,
         traversal: Traversal::Auto,
@@ -98,7 +109,9 @@ fn forces_are_derivatives_of_the_energy_and_keep_momentum() {
         for flavour in Flavour::ALL {
             let question = Question::deformed(&law, bodies::cloud(flavour, 3), 1e-2, 7);
             let body = mixed(&question.body);
-            let mut e = engine(&question, &body, question.fastest(), &three(&law));
+            let horizons = [1.0, 0.8, 1.3];
+            let law = question.fastest();
+            let mut e = graded(&question, &body, law, &three(question.law), &horizons);
             let u = question.path.last().expect("a displacement");
             let mut here = state(&e, u);
             e.forces(&mut here, Breaking::Held);
@@ -132,6 +145,69 @@ fn forces_are_derivatives_of_the_energy_and_keep_momentum() {
                 (slope - work).abs() <= 1e-6 * work.abs(),
                 "{question}: {slope:e} {work:e}"
             );
+        }
+    }
+}
+
+/// A bond exists where it is no longer than the average of the horizons of its ends; away from the interface each part
+/// is what a body of its horizon alone would be.
+#[test]
+fn a_part_has_its_own_horizon() {
+    for name in LAWS {
+        let law = laws::law(name);
+        for flavour in [Flavour::Bar, Flavour::PlaneStrain] {
+            let side = [24, 11, 1];
+            let shape = std::array::from_fn(|a| if a < flavour.dim() { side[a] } else { 1 });
+            let mut question = Question::at_rest(&law, bodies::lattice(flavour, shape, false));
+            question.horizon = question.body.spacing;
+            let (dx, x) = (question.body.spacing, question.body.x.clone());
+            let middle = 0.5 * (x[0][0] + x[x.len() - 1][0]);
+            let material: Vec<u8> = x.iter().map(|x| (x[0] > middle) as u8).collect();
+            let horizons = [3.015, 2.015];
+            let set = three(&law)[0].clone();
+            let parts = Body {
+                material: material.clone(),
+                ..question.body.clone()
+            };
+            let expanded: Vec<[f64; 3]> = x.iter().map(|x| x.map(|c| 1e-3 * c)).collect();
+            let energies = |body: &Body, materials: usize, horizons: &[f64]| {
+                let materials = vec![set.clone(); materials];
+                let mut e = graded(
+                    &question,
+                    body,
+                    question.interpreted(),
+                    &materials,
+                    horizons,
+                );
+                let mut s = state(&e, &expanded);
+                e.forces(&mut s, Breaking::Held);
+                let bonds = e.report().bonds;
+                let energy = e.energy(&s).to_vec();
+                (bonds, per_node(&e, &energy))
+            };
+            let (bonds, mixed) = energies(&parts, 2, &horizons);
+            let near = |i: usize, j: usize| {
+                let of = |k: usize| horizons[material[k] as usize];
+                let r2: f64 = (0..3).map(|a| (x[i][a] - x[j][a]).powi(2)).sum();
+                i != j && r2.sqrt() <= 0.5 * (of(i) + of(j)) * dx
+            };
+            let pairs = (0..x.len()).flat_map(|i| (0..x.len()).map(move |j| (i, j)));
+            assert_eq!(
+                bonds,
+                pairs.filter(|&(i, j)| near(i, j)).count(),
+                "{question}"
+            );
+            for m in [0, 1] {
+                let (_, alone) = energies(&question.body, 1, &horizons[m..=m]);
+                let far =
+                    |i: &usize| material[*i] == m as u8 && (x[*i][0] - middle).abs() > 6.1 * dx;
+                let nodes: Vec<usize> = (0..x.len()).filter(far).collect();
+                assert!(!nodes.is_empty());
+                for i in nodes {
+                    let gap = (mixed[i] - alone[i]).abs();
+                    assert!(gap <= 1e-12 * alone[i], "{question}: {gap:e}");
+                }
+            }
         }
     }
 }
@@ -179,6 +255,40 @@ fn parameters_meet_as_the_law_says() {
 }
 
 #[test]
+fn no_heat_is_made_where_materials_meet() {
+    for name in ["heat", "heat_state", "thermo_pmb", "thermo_lps"] {
+        let law = laws::law(name);
+        for flavour in [Flavour::Bar, Flavour::PlaneStress, Flavour::Solid] {
+            let question = Question::at_rest(&law, bodies::cloud(flavour, 3));
+            let body = mixed(&question.body);
+            let set =
+                |k, density| laws::params(&law, &[("k", k), ("density", density), ("cv", 3.0)]);
+            let materials = [(1.0, 2.0), (1.0, 1.0), (50.0, 7.0)];
+            let sets = materials.map(|(k, density)| set(k, density));
+            let mut e = engine(&question, &body, question.fastest(), &sets);
+            let mut s = e.state();
+            let values: Vec<f64> = (0..body.x.len()).map(|i| ((i * i) % 17) as f64).collect();
+            for (i, v) in values.iter().enumerate() {
+                s.slots[0][e.slot(i)] = *v;
+            }
+            e.forces(&mut s, Breaking::Held);
+            let rate = e.rates().next().expect("a rate").1.to_vec();
+            let (mut total, mut size) = (0.0, 0.0);
+            for (i, rate) in per_node(&e, &rate).iter().enumerate() {
+                let heat = rate * body.volume[i] * materials[body.material[i] as usize].1 * 3.0;
+                total += heat;
+                size += heat.abs();
+            }
+            assert!(
+                size > 0.0 && total.abs() <= 1e-13 * size,
+                "{question}: {:e}",
+                total / size
+            );
+        }
+    }
+}
+
+#[test]
 fn wrong_materials_are_refused() {
     let law = laws::law("pmb");
     let question = Question::at_rest(&law, bodies::lattice(Flavour::Bar, [9, 1, 1], false));
@@ -189,7 +299,7 @@ fn wrong_materials_are_refused() {
     let settings = |materials| Settings {
         materials,
         influences: vec![],
-        horizon: question.horizon,
+        horizon: vec![question.horizon],
         partial_volume: false,
         lattice_constants: false,
         traversal: Traversal::Auto,

@@ -118,6 +118,9 @@ fn body(s: &mut Statement, scene: &Scene, simulation: &Simulation) {
         ),
     );
     let horizon = scene.family.horizon;
+    let own = scene.material.parts.iter().enumerate();
+    let own =
+        own.filter_map(|(k, part)| Some(format!(", {:.6e} m in part {}", part.horizon?, k + 1)));
     let volumes = if scene.family.partial_volume {
         "partial volumes"
     } else {
@@ -126,9 +129,10 @@ fn body(s: &mut Statement, scene: &Scene, simulation: &Simulation) {
     s.add(
         "bonds",
         format!(
-            "{}, horizon {horizon:.6e} m = {:.6} dx, {volumes}",
+            "{}, horizon {horizon:.6e} m = {:.6} dx{}, {volumes}",
             grouped(report.bonds as u64 / 2),
-            horizon / body.spacing
+            horizon / body.spacing,
+            own.collect::<String>()
         ),
     );
     let compiled = report

@@ -125,8 +125,15 @@ pub(super) fn settings(spec: &Spec, body: &Body, s: &Settings) -> Result<(), Set
             spec.flavours.join(" and ")
         ));
     }
-    if !(s.horizon.is_finite() && s.horizon > 0.0) {
-        return fail(format!("the horizon is {}; it must be positive", s.horizon));
+    if let Some(h) = s.horizon.iter().find(|h| !(h.is_finite() && **h > 0.0)) {
+        return fail(format!("the horizon is {h}; it must be positive"));
+    }
+    if s.horizon.len() != 1 && s.horizon.len() != s.materials.len() {
+        return fail(format!(
+            "{} horizons for {} materials: give one, or one each",
+            s.horizon.len(),
+            s.materials.len()
+        ));
     }
     if !(1..=256).contains(&s.materials.len()) {
         return fail(format!(

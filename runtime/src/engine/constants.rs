@@ -7,20 +7,27 @@ use crate::tape::{
     Code, Influence, Leaf, Leaves, Limits, Place, ball, length, length_squared, numbers,
 };
 
-/// Constants and influence functions, as every reference quantity reads them.
+/// What every reference quantity reads.
 pub(super) struct Materials {
-    pub influences: Vec<Influence>,
     /// Number of materials.
     pub count: usize,
-    /// Constants of a bond from material a to material b, at `a * count + b`.
-    pub pairs: Vec<Vec<f64>>,
+    /// Of a bond from material a to material b, at `a * count + b`.
+    pub pairs: Vec<Pair>,
+}
+
+/// What two materials have on the bonds between them.
+pub(super) struct Pair {
+    /// [m]
+    pub horizon: f64,
+    pub influences: Vec<Influence>,
+    pub constants: Vec<f64>,
 }
 
 impl Materials {
     /// Constants of the nodes of each material.
     pub fn own(&self) -> Vec<Vec<f64>> {
         (0..self.count)
-            .map(|m| self.pairs[m * self.count + m].clone())
+            .map(|m| self.pairs[m * self.count + m].constants.clone())
             .collect()
     }
 }
@@ -31,34 +38,33 @@ pub(super) fn materials(
     settings: &Settings,
 ) -> Result<Materials, SetupError> {
     let fail = |m: String| SetupError::law(&spec.law, m);
-    let influences: Result<Vec<Influence>, _> = settings
-        .influences
-        .iter()
-        .map(|(f, values)| Influence::new(f, values, settings.horizon))
-        .collect();
-    let influences = influences.map_err(|e| fail(e.to_string()))?;
     let limits = Limits {
         params: spec.params.len(),
-        influences: influences.len(),
+        influences: settings.influences.len(),
         ..Limits::default()
     };
     let code = Code::new(&spec.constants, Place::Constants, &limits, body.flavour)
         .map_err(|e| fail(format!("constants: {e}")))?;
-    let lattice = if settings.lattice_constants {
-        Some(full_family(body, settings)?)
-    } else {
-        None
-    };
     let count = settings.materials.len();
     let mut pairs = Vec::with_capacity(count * count);
-    for a in &settings.materials {
-        for b in &settings.materials {
+    for (m, a) in settings.materials.iter().enumerate() {
+        for (n, b) in settings.materials.iter().enumerate() {
+            let horizon = settings.met_horizon(m, n);
+            let influences = settings.influences.iter();
+            let influences: Vec<Influence> = influences
+                .map(|(f, values)| Influence::new(f, values, horizon))
+                .collect::<Result<_, _>>()
+                .map_err(|e| fail(e.to_string()))?;
+            let lattice = match settings.lattice_constants {
+                true => Some(full_family(body, horizon, settings.partial_volume)?),
+                false => None,
+            };
             let ends = spec.params.iter().zip(a.iter().zip(b));
             let params: Vec<f64> = ends.map(|(p, (a, b))| p.meet.of(*a, *b)).collect();
             let mut leaves = AtConstants {
                 code: &code,
                 body,
-                settings,
+                horizon,
                 params: &params,
                 influences: &influences,
                 lattice: lattice.as_deref(),
@@ -77,23 +83,23 @@ pub(super) fn materials(
                     "constant {k} is not a number: check the parameters {params:?}"
                 )));
             }
-            pairs.push(constants);
+            pairs.push(Pair {
+                horizon,
+                influences,
+                constants,
+            });
         }
     }
-    Ok(Materials {
-        influences,
-        count,
-        pairs,
-    })
+    Ok(Materials { count, pairs })
 }
 
 /// Distances and weights of a full lattice family.
-fn full_family(body: &Body, settings: &Settings) -> Result<Vec<(f64, f64)>, SetupError> {
+fn full_family(body: &Body, delta: f64, partial: bool) -> Result<Vec<(f64, f64)>, SetupError> {
     let Some(grid) = &body.grid else {
         let m = "constants from the lattice need a body on a regular grid: use the integrals over the horizon";
         return Err(SetupError::Settings(m.into()));
     };
-    let (dx, delta, dim) = (grid.spacing, settings.horizon, body.flavour.dim());
+    let (dx, dim) = (grid.spacing, body.flavour.dim());
     let h = (delta * INCLUSIVE / dx).floor() as i64;
     let reach = |a: usize| if a < dim { -h..=h } else { 0..=0 };
     let volume = dx.powi(dim as i32) * if dim == 3 { 1.0 } else { body.cross };
@@ -105,7 +111,7 @@ fn full_family(body: &Body, settings: &Settings) -> Result<Vec<(f64, f64)>, Setu
                 let r2 = length_squared(xi, dim);
                 if r2 > 0.0 && r2 <= delta * delta * INCLUSIVE {
                     let r = length(xi, dim);
-                    let fraction = if settings.partial_volume {
+                    let fraction = if partial {
                         partial_volume(r, delta, dx)
                     } else {
                         1.0
@@ -121,7 +127,7 @@ fn full_family(body: &Body, settings: &Settings) -> Result<Vec<(f64, f64)>, Setu
 struct AtConstants<'a> {
     code: &'a Code,
     body: &'a Body,
-    settings: &'a Settings,
+    horizon: f64,
     params: &'a [f64],
     influences: &'a [Influence],
     lattice: Option<&'a [(f64, f64)]>,
@@ -134,7 +140,7 @@ impl AtConstants<'_> {
             let mut out = [0.0];
             let leaves = &mut AtDistance {
                 params: self.params,
-                delta: self.settings.horizon,
+                delta: self.horizon,
                 influences: self.influences,
                 r,
             };
@@ -145,13 +151,7 @@ impl AtConstants<'_> {
             return family.iter().map(|&(r, weight)| at(r) * weight).sum();
         }
         let flavour: Flavour = self.body.flavour;
-        ball(
-            &mut at,
-            flavour.dim(),
-            self.settings.horizon,
-            self.body.cross,
-        )
-        .unwrap_or_else(|| {
+        ball(&mut at, flavour.dim(), self.horizon, self.body.cross).unwrap_or_else(|| {
             self.failed = true;
             0.0
         })
@@ -162,7 +162,7 @@ impl Leaves<f64> for AtConstants<'_> {
     fn leaf(&mut self, leaf: Leaf, k: usize) -> f64 {
         match leaf {
             Leaf::Param => self.params[k],
-            Leaf::Delta => self.settings.horizon,
+            Leaf::Delta => self.horizon,
             Leaf::Ball => self.ball(&self.code.balls[k]),
             _ => 0.0,
         }
@@ -191,8 +191,7 @@ impl Leaves<f64> for AtDistance<'_> {
 
 /// At a reference bond: what geometry and filter tapes read.
 pub(super) struct AtReferenceBond<'a> {
-    pub influences: &'a [Influence],
-    pub constants: &'a [f64],
+    pub pair: &'a Pair,
     pub xi: [f64; 3],
     pub length: f64,
     pub weight: f64,
@@ -202,10 +201,10 @@ impl Leaves<f64> for AtReferenceBond<'_> {
     #[inline(always)]
     fn leaf(&mut self, leaf: Leaf, k: usize) -> f64 {
         match leaf {
-            Leaf::Const => self.constants[k],
+            Leaf::Const => self.pair.constants[k],
             Leaf::Xi => self.xi[k],
             Leaf::X => self.length,
-            Leaf::Omega => self.influences[k].at(self.length),
+            Leaf::Omega => self.pair.influences[k].at(self.length),
             Leaf::Weight => self.weight,
             _ => 0.0,
         }

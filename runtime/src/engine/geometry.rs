@@ -59,8 +59,7 @@ fn evaluate(
     numbers(
         code,
         &mut AtReferenceBond {
-            influences: &materials.influences,
-            constants: &materials.pairs[pair],
+            pair: &materials.pairs[pair],
             xi,
             length: length(xi, dim),
             weight,
@@ -74,8 +73,8 @@ pub(super) struct Streams<'a> {
     pub layout: &'a Layout,
     pub families: &'a [Family],
     pub materials: &'a Materials,
-    /// Weight [m^3] of the bond to a slot.
-    pub weight: &'a (dyn Fn([f64; 3], usize) -> f64 + Sync),
+    /// Weight [m^3] of the bond to a slot, between a pair of materials.
+    pub weight: &'a (dyn Fn([f64; 3], usize, usize) -> f64 + Sync),
     pub values: Vec<Vec<f64>>,
     numbering: Numbering,
 }
@@ -85,7 +84,7 @@ impl<'a> Streams<'a> {
         layout: &'a Layout,
         families: &'a [Family],
         materials: &'a Materials,
-        weight: &'a (dyn Fn([f64; 3], usize) -> f64 + Sync),
+        weight: &'a (dyn Fn([f64; 3], usize, usize) -> f64 + Sync),
     ) -> Streams<'a> {
         Streams {
             layout,
@@ -173,8 +172,13 @@ impl<'a> Streams<'a> {
             xi[k] = b[k] - a[k];
         }
         let there = family.present[row] >> lane & 1 == 1;
-        let weight = if there { (self.weight)(xi, other) } else { 0.0 };
-        (xi, weight, self.layout.pair(node, other))
+        let pair = self.layout.pair(node, other);
+        let weight = if there {
+            (self.weight)(xi, other, pair)
+        } else {
+            0.0
+        };
+        (xi, weight, pair)
     }
 }
 

@@ -82,10 +82,10 @@ fn estimate(spec: &Spec, programs: &[Program], body: &Body, s: &Settings, lattic
     let reverse = programs.iter().any(|p| p.reads_reverse) as u8 as f64;
     let families = spec.families.len() as f64;
     let per_node = 8.0 * (spec.slots.len() + 6 * spec.dim + 6) as f64;
-    let family = neighbours(body, s.horizon);
+    let family = neighbours(body, s.reach());
     let (slots, bonds, per_bond) = match &body.grid {
         Some(grid) if lattice => {
-            let plan = plan_lattice(body, grid, s.horizon);
+            let plan = plan_lattice(body, grid, s.reach());
             (plan.len as f64, (plan.chunks * CHUNK) as f64 * family, 0.5)
         }
         _ => {

@@ -46,7 +46,7 @@ pub(super) fn engine(body: &Body, law: Law, settings: Settings) -> Result<Engine
     let materials = materials(&spec, body, &settings)?;
     memory::check(&spec, &programs, body, &settings, lattice)?;
     let filters = filters(&spec, body, &materials)?;
-    let (layout, families) = lay_out(body, &settings, lattice, &filters);
+    let (layout, families) = lay_out(body, &settings, lattice, &materials, &filters);
     drop(filters);
     for f in &families {
         if f.present.len() + 1 >= (i32::MAX as usize) / CHUNK {
@@ -103,14 +103,14 @@ fn use_lattice(body: &Body, settings: &Settings) -> Result<bool, SetupError> {
             fail("the lattice traversal needs equal node volumes: use `cloud`")
         };
     }
-    let reach = (settings.horizon / grid.spacing).min(1e6);
+    let reach = (settings.reach() / grid.spacing).min(1e6);
     let padded: f64 = (0..body.flavour.dim())
         .map(|a| grid.shape[a] as f64 + 2.0 * reach)
         .product();
     if !uniform || padded > (SPARSE * body.x.len()) as f64 + 1e5 {
         return Ok(false);
     }
-    let plan = plan_lattice(body, grid, settings.horizon);
+    let plan = plan_lattice(body, grid, settings.reach());
     Ok(body.x.len() as f64 >= FILL * (plan.chunks * CHUNK) as f64 || body.x.len() < 1000)
 }
 
@@ -137,8 +137,7 @@ fn filters<'a>(
             truth(
                 &code,
                 &mut AtReferenceBond {
-                    influences: &materials.influences,
-                    constants: &materials.pairs[pair],
+                    pair: &materials.pairs[pair],
                     xi,
                     length: length(xi, dim),
                     weight,
@@ -156,6 +155,7 @@ fn lay_out(
     body: &Body,
     s: &Settings,
     on_lattice: bool,
+    materials: &Materials,
     filters: &[Option<BoxedFilter>],
 ) -> (Layout, Vec<Family>) {
     let filters: Vec<Option<Filter>> = filters
@@ -164,16 +164,14 @@ fn lay_out(
         .collect();
     match &body.grid {
         Some(grid) if on_lattice => {
-            let plan = plan_lattice(body, grid, s.horizon);
-            lattice(body, grid, &plan, s.horizon, s.partial_volume, &filters)
+            let (delta, partial) = (s.reach(), s.partial_volume);
+            let plan = plan_lattice(body, grid, delta);
+            lattice(body, grid, &plan, delta, partial, &filters)
         }
-        _ => cloud(
-            body,
-            s.horizon,
-            s.partial_volume,
-            s.materials.len(),
-            &filters,
-        ),
+        _ => {
+            let horizons: Vec<f64> = materials.pairs.iter().map(|p| p.horizon).collect();
+            cloud(body, &horizons, s.partial_volume, &filters)
+        }
     }
 }
 
@@ -188,10 +186,10 @@ fn geometry(
     materials: &Materials,
     isa: Isa,
 ) -> Result<(Vec<Geometry>, Vec<Vec<f64>>), SetupError> {
-    let weight = |xi: [f64; 3], other: usize| {
+    let weight = |xi: [f64; 3], other: usize, pair: usize| {
         let r = length(xi, spec.dim);
         let fraction = if settings.partial_volume {
-            partial_volume(r, settings.horizon, body.spacing)
+            partial_volume(r, materials.pairs[pair].horizon, body.spacing)
         } else {
             1.0
         };

@@ -2,39 +2,47 @@
 use super::search::Cells;
 use super::{Family, Filter, Ghosts, INCLUSIVE, Layout, NONE, Shape, partial_volume};
 use crate::body::Body;
-use crate::tape::length;
+use crate::tape::{length, length_squared};
 use crate::traverse::CHUNK;
 use rayon::prelude::*;
 
-/// Builds the layout and one family per filter.
+/// Builds the layout and one family per filter. `horizons`: of every pair of materials, at `a * count + b`.
 pub(crate) fn cloud(
     body: &Body,
-    delta: f64,
+    horizons: &[f64],
     partial: bool,
-    materials: usize,
     filters: &[Option<Filter>],
 ) -> (Layout, Vec<Family>) {
-    let layout = place(body, delta, materials);
+    let delta = horizons.iter().copied().fold(0.0, f64::max);
+    let layout = place(body, delta, horizons.len().isqrt());
     let mut used: Vec<u32> = layout.slot.clone();
     used.sort_unstable();
     used.extend(&layout.ghosts.to);
     let cells = Cells::new(&layout.x, layout.dim, delta, &used);
     let volume = |slot: usize| layout.volume[layout.ghosts.origin(slot)];
-    let weight = |xi: [f64; 3], other: usize| {
+    let weight = |xi: [f64; 3], other: usize, pair: usize| {
         let fraction = if partial {
-            partial_volume(length(xi, layout.dim), delta, body.spacing)
+            partial_volume(length(xi, layout.dim), horizons[pair], body.spacing)
         } else {
             1.0
         };
         fraction * volume(other)
     };
+    let graded = horizons.iter().any(|h| *h != delta);
+    let within = |p: usize, q: u32| {
+        let h = horizons[layout.pair(p, q as usize)];
+        length_squared(cells.xi(p, q as usize), layout.dim) <= h * h * INCLUSIVE
+    };
     let families = filters.iter().map(|filter| {
         let search = |p: usize, found: &mut Vec<u32>| {
             cells.neighbours(p, found);
+            if graded {
+                found.retain(|&q| within(p, q));
+            }
             if let Some(filter) = filter {
                 found.retain(|&q| {
-                    let xi = cells.xi(p, q as usize);
-                    filter(xi, weight(xi, q as usize), layout.pair(p, q as usize))
+                    let (xi, pair) = (cells.xi(p, q as usize), layout.pair(p, q as usize));
+                    filter(xi, weight(xi, q as usize, pair), pair)
                 });
             }
         };

@@ -46,7 +46,7 @@ pub(super) fn read(section: Section<'_>, spacing: Option<&Placed<f64>>) -> Optio
 }
 
 /// A length, or a multiple of the spacing: `"3 dx"`.
-fn horizon(section: &Section<'_>, spacing: Option<&Placed<f64>>) -> Option<f64> {
+pub(super) fn horizon(section: &Section<'_>, spacing: Option<&Placed<f64>>) -> Option<f64> {
     let found = match (section.value("horizon").map(|v| &v.data), spacing) {
         (Some(Data::Text(text)), _) if multiple(text).is_some() => {
             let factor = multiple(text)?;

@@ -2,8 +2,8 @@
 
 use super::document::{Data, Value};
 use super::problem::Problem;
-use super::section::{Section, listed};
-use super::shape;
+use super::section::{Placed, Section, listed};
+use super::{family, shape};
 use crate::engine::Law;
 use crate::language::{Constant, dimension};
 use crate::shape::Shape;
@@ -34,6 +34,8 @@ pub struct Part {
     pub region: Shape,
     pub density: Option<f64>,
     pub params: Vec<f64>,
+    /// [m]; `None` for that of the family.
+    pub horizon: Option<f64>,
 }
 
 impl Material {
@@ -41,6 +43,12 @@ impl Material {
     pub fn sets(&self) -> Vec<(Option<f64>, Vec<f64>)> {
         let base = (self.density, self.params.clone());
         let parts = self.parts.iter().map(|p| (p.density, p.params.clone()));
+        std::iter::once(base).chain(parts).collect()
+    }
+
+    /// The horizon of every material where that of the family is `base` [m].
+    pub fn horizons(&self, base: f64) -> Vec<f64> {
+        let parts = self.parts.iter().map(|p| p.horizon.unwrap_or(base));
         std::iter::once(base).chain(parts).collect()
     }
 }
@@ -59,7 +67,11 @@ pub struct Influence {
 
 const WORDS: [(&str, bool); 2] = [("integral", false), ("lattice", true)];
 
-pub(super) fn read(section: Section<'_>, dim: usize) -> Option<Material> {
+pub(super) fn read(
+    section: Section<'_>,
+    dim: usize,
+    spacing: Option<&Placed<f64>>,
+) -> Option<Material> {
     let constants = section.choice("constants", &WORDS);
     let Some(law) = law(&section, dim) else {
         // Without the law, its parameters cannot be told from unknown keys.
@@ -82,7 +94,7 @@ pub(super) fn read(section: Section<'_>, dim: usize) -> Option<Material> {
     let parts: Vec<Option<Part>> = section
         .sections("part")
         .into_iter()
-        .map(|part| self::part(part, &law, dim, density.flatten(), &params))
+        .map(|part| self::part(part, &law, dim, spacing, density.flatten(), &params))
         .collect();
     let influences = influences(&section, &law);
     let model = section.text("model").map(|m| m.value.to_string());
@@ -103,6 +115,7 @@ fn part(
     section: Section<'_>,
     law: &Law,
     dim: usize,
+    spacing: Option<&Placed<f64>>,
     density: Option<f64>,
     params: &[Option<f64>],
 ) -> Option<Part> {
@@ -122,8 +135,13 @@ fn part(
         None if section.value("density").is_none() => density,
         None => Some(self::density(&section)?),
     };
+    let horizon = match section.value("horizon").is_some() {
+        true => Some(family::horizon(&section, spacing)?),
+        false => None,
+    };
     section.finish();
     Some(Part {
+        horizon,
         region: region?,
         density,
         params: found.into_iter().collect::<Option<_>>()?,

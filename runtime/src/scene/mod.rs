@@ -151,8 +151,8 @@ fn read(root: Section<'_>, name: String, source: Source) -> Option<Scene> {
         return None;
     };
     let dim = flavour.dim();
-    let nodes = body.and_then(|s| body::read(s, flavour, spacing.map(|s| s.value)));
-    let material = material.and_then(|s| material::read(s, dim));
+    let nodes = body.and_then(|s| body::read(s, flavour, spacing.as_ref().map(|s| s.value)));
+    let material = material.and_then(|s| material::read(s, dim, spacing.as_ref()));
     let [cracks, no_fails, indenters, initial, conditions] = lists;
     let cracks = collect(cracks, |s| crack(s, dim));
     let no_fail = collect(no_fails, |s| no_fail(s, dim));

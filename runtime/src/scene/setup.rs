@@ -57,7 +57,7 @@ impl Scene {
                 .iter()
                 .map(|i| (i.function.clone(), i.values.clone()))
                 .collect(),
-            horizon: self.family.horizon,
+            horizon: self.material.horizons(self.family.horizon),
             partial_volume: self.family.partial_volume,
             lattice_constants: self.material.lattice_constants,
             traversal: self.family.traversal,

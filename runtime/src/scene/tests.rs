@@ -227,6 +227,15 @@ fn independent_problems_are_told_at_once() {
 }
 
 #[test]
+fn a_part_may_have_its_own_horizon() {
+    let part = "[[material.part]]\nregion = { box = { from = [0, 0], to = [1, 1] } }\nhorizon = \"2 dx\"\n[time]";
+    let scene = parse(&SQUARE.replace("[time]", part)).expect("a good scene");
+    assert_eq!(scene.settings().horizon, [3e-3, 2e-3]);
+    let scene = parse(&SQUARE.replace("[time]", &part.replace("horizon", "c"))).err();
+    assert!(scene.is_some(), "a parameter is no length");
+}
+
+#[test]
 fn zero_steps_ask_for_the_table_of_nodes() {
     let scene = parse(&SQUARE.replace("until = 0.001\nsafety = 0.5", "steps = 0")).expect("good");
     assert_eq!(scene.end, End::Steps(0));

@@ -53,7 +53,7 @@ pub fn engine(body: &Body, law: Law, params: Vec<f64>, traversal: Traversal, isa
     let settings = Settings {
         materials: vec![params],
         influences: law.spec.influences.iter().map(influence).collect(),
-        horizon: HORIZON,
+        horizon: vec![HORIZON],
         partial_volume: true,
         lattice_constants: false,
         traversal,

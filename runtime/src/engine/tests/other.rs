@@ -7,7 +7,7 @@ fn make(body: &Body, spec: Spec, params: Vec<f64>, traversal: Traversal, isa: Is
     let settings = Settings {
         materials: vec![params],
         influences: vec![],
-        horizon: 3.015,
+        horizon: vec![3.015],
         partial_volume: true,
         lattice_constants: false,
         traversal,
@@ -174,7 +174,7 @@ fn a_body_that_does_not_fit_is_refused_before_it_is_built() {
     let mut settings = Settings {
         materials: vec![vec![3.0, 0.1]],
         influences: vec![],
-        horizon: 60.0,
+        horizon: vec![60.0],
         partial_volume: false,
         lattice_constants: false,
         traversal: Traversal::Cloud,
@@ -186,7 +186,7 @@ fn a_body_that_does_not_fit_is_refused_before_it_is_built() {
         matches!(error, Some(SetupError::Memory { .. })),
         "{error:?}"
     );
-    settings.horizon = -1.0;
+    settings.horizon = vec![-1.0];
     let error = Engine::new(&body, Law::interpreted(laws::pmb(3)), settings).err();
     assert_eq!(
         error.unwrap().to_string(),
@@ -214,7 +214,7 @@ fn spoilt_laws_are_errors_or_run() {
         let settings = Settings {
             materials: vec![vec![3.0; spec.params.len()]],
             influences: vec![],
-            horizon: 2.1,
+            horizon: vec![2.1],
             partial_volume: false,
             lattice_constants: false,
             traversal: BOTH[seed as usize % 2],

@@ -5,7 +5,7 @@ fn settings(traversal: Traversal, isa: Isa) -> Settings {
     Settings {
         materials: vec![vec![3.0, 0.07]],
         influences: vec![],
-        horizon: 3.015,
+        horizon: vec![3.015],
         partial_volume: true,
         lattice_constants: false,
         traversal,
