@@ -22,6 +22,7 @@ pub mod laws {
         "laws/correspondence.pd",
         "laws/correspondence_stabilised.pd",
         "laws/correspondence_svk.pd",
+        "laws/absorbing.pd",
         "laws/lamina.pd"
     );
 }
@@ -62,6 +63,7 @@ pub const CATALOGUE: &[Entry] = catalogue![
     correspondence,
     correspondence_stabilised,
     correspondence_svk,
+    absorbing,
     lamina,
 ];
 

@@ -3,15 +3,16 @@
 use std::collections::{BTreeMap, HashMap};
 
 use crate::constants::Constants;
+use crate::damping;
 use crate::derive::{ForceState, force_state, tangent};
 use crate::direct;
 use crate::ir::{FamilyId, Home, Law, Reduction, Response, Shape};
-use crate::lower::{Lowering, Reading, component_name, stored_components};
-use crate::poly::{Algebra, Atom, AtomId, Poly};
+use crate::lower::{Lowering, Reading, component_name, stored_components, stored_names};
+use crate::poly::{Algebra, Atom, AtomId, Func, Poly, StateKind};
 use crate::schedule::{Responses, Schedule};
 use crate::spec::{
-    FamilySpec, FieldSpec, HistorySpec, InfluenceFn, InfluenceSpec, Number, ParamSpec, SlotKind,
-    Spec,
+    FamilySpec, FieldSpec, HistorySpec, InfluenceFn, InfluenceSpec, Number, ParamSpec, RateSpec,
+    SlotKind, Spec,
 };
 use crate::sweep;
 use crate::tape::Builder;
@@ -79,10 +80,11 @@ pub fn spec(law: &Law, dim: usize) -> Result<Spec, TooLarge> {
             .map(|p| slot(p, &schedule, Tangent))
             .collect(),
         energy: r.energy.as_ref().map(|p| slot(p, &schedule, Energy)),
-        rates: r
-            .rates
+        rates: rates(r, &algebra, &schedule),
+        after_step: r
+            .after_step
             .iter()
-            .map(|(s, p)| (*s, slot(p, &schedule, Step)))
+            .map(|p| slot(p, &schedule, Update))
             .collect(),
         breaks: !law.breaks.is_empty(),
         pairwise: answers.pairwise,
@@ -100,12 +102,29 @@ pub fn spec(law: &Law, dim: usize) -> Result<Spec, TooLarge> {
     })
 }
 
+/// A damping of nothing has no slot.
+fn rates(r: &Responses, algebra: &Algebra, schedule: &Schedule) -> Vec<RateSpec> {
+    let slot = |p: &Poly| schedule.find(p, crate::spec::Stage::Step).map(|q| q.slot);
+    let damping = |rate: &damping::Rate| match rate.damping.is_zero() {
+        true => None,
+        false => rate.damping_field(algebra).or_else(|| slot(&rate.damping)),
+    };
+    let rate = |rate: &damping::Rate| RateSpec {
+        field: rate.slot,
+        rate: slot(&rate.drive).unwrap_or_default(),
+        damping: damping(rate),
+        stepped: rate.stepped,
+    };
+    r.rates.iter().map(rate).collect()
+}
+
 fn answers(lowering: &mut Lowering) -> Answers {
     let law = lowering.law;
     let mut split = Poly::zero();
     let mut r = Responses::default();
     let mut state = ForceState::new();
     let mut pairs = ForceState::new();
+    let mut of_node = None;
     for response in &law.responses {
         match response {
             Response::Energy(e) => {
@@ -125,21 +144,14 @@ fn answers(lowering: &mut Lowering) -> Answers {
                 let parts = along_bond(lowering, *e);
                 add_state(lowering.algebra, &mut state, *family, parts);
             }
-            Response::Rate(field, e) => {
-                let first = lowering.field_slots[field.index()];
-                let parts = stored(lowering, *e);
-                r.rates.extend(
-                    parts
-                        .into_iter()
-                        .enumerate()
-                        .map(|(k, p)| (first + k as u32, p)),
-                );
-            }
+            Response::Force(e) => of_node = Some(lowering.value(*e, Reading::Whole)),
+            Response::Rate(..) => {}
         }
     }
     if let Some(energy) = r.energy.take() {
         r.energy = Some(lowering.algebra.constants_on_bonds(&energy));
     }
+    r.rates = damping::rates(lowering);
     for (key, parts) in force_state(lowering, &split) {
         let total = state
             .entry(key)
@@ -162,8 +174,8 @@ fn answers(lowering: &mut Lowering) -> Answers {
             *t = lowering.algebra.add(t, p);
         }
     }
-    let pairwise = !state.is_empty() && pairwise(lowering.algebra, &state);
-    let vectors = force(lowering, state, &mut r);
+    let pairwise = !state.is_empty() && of_node.is_none() && pairwise(lowering.algebra, &state);
+    let vectors = force(lowering, state, of_node, &mut r);
     other_answers(lowering, &mut r);
     Answers {
         responses: r,
@@ -197,8 +209,14 @@ fn add_state(algebra: &mut Algebra, state: &mut ForceState, family: FamilyId, pa
     }
 }
 
-fn force(lowering: &mut Lowering, state: ForceState, r: &mut Responses) -> Vec<Vec<AtomId>> {
+fn force(
+    lowering: &mut Lowering,
+    state: ForceState,
+    of_node: Option<Vec<Poly>>,
+    r: &mut Responses,
+) -> Vec<Vec<AtomId>> {
     let mut vectors = Vec::new();
+    r.force = of_node.unwrap_or_default();
     for ((reduction, family), parts) in state {
         let sums: Vec<AtomId> = parts
             .into_iter()
@@ -239,7 +257,7 @@ fn other_answers(lowering: &mut Lowering, r: &mut Responses) {
         }
     }
     for (h, history) in law.histories.iter().enumerate() {
-        let parts = stored(lowering, history.update);
+        let parts = lowering.stored(history.update, history.shape, Reading::Whole);
         let first = if history.home == Home::Bond {
             lowering.bond_history(h)
         } else {
@@ -252,6 +270,9 @@ fn other_answers(lowering: &mut Lowering, r: &mut Responses) {
                 _ => r.node_updates.push((index, p)),
             }
         }
+    }
+    if let Some(e) = law.after_step {
+        r.after_step = after_step(lowering, e);
     }
     for def in law
         .defs
@@ -271,33 +292,14 @@ fn other_answers(lowering: &mut Lowering, r: &mut Responses) {
     }
 }
 
-/// Components without repetition.
-fn stored(lowering: &mut Lowering, e: crate::ir::ExprId) -> Vec<Poly> {
-    let full = lowering.value(e, Reading::Whole);
-    let dim = lowering.dim;
-    match lowering.law.exprs[e.index()].shape {
-        Shape::Symmetric => (0..dim)
-            .flat_map(|r| (r..dim).map(move |c| r * dim + c))
-            .map(|k| full[k].clone())
-            .collect(),
-        _ => full,
-    }
-}
-
 fn state_names(law: &Law, dim: usize) -> Vec<String> {
-    let fields = law.fields.iter().map(|f| (f.name.clone(), f.shape));
+    let fields = law.fields.iter().map(|f| (&f.name, f.shape));
     let nodes = law.histories.iter().filter(|h| h.home == Home::Node);
-    let named = fields.chain(nodes.map(|h| (h.name.clone(), h.shape)));
+    let named = fields.chain(nodes.map(|h| (&h.name, h.shape)));
     named
         .flat_map(|(n, s)| {
-            let count = stored_components(s, dim);
-            (0..count).map(move |k| {
-                if count == 1 {
-                    n.clone()
-                } else {
-                    format!("{n}_{k}")
-                }
-            })
+            let parts = stored_names(s, dim).into_iter();
+            parts.map(move |part| format!("{n}{part}"))
         })
         .collect()
 }
@@ -331,14 +333,32 @@ fn name_slots(schedule: &mut Schedule, r: &Responses) {
     if let Some(p) = &r.energy {
         note(find(p, Energy), "energy".into());
     }
-    for (k, (_, p)) in r.rates.iter().enumerate() {
-        note(find(p, Step), format!("rate{k}"));
+    for (k, rate) in r.rates.iter().enumerate() {
+        note(find(&rate.drive, Step), format!("rate{k}"));
+        note(find(&rate.damping, Step), format!("damping{k}"));
     }
     for (slot, name) in names {
         if matches!(schedule.slots[slot as usize].kind, SlotKind::Computed(_)) {
             schedule.rename(slot, name);
         }
     }
+}
+
+/// A node without intact bonds keeps its velocity.
+fn after_step(lowering: &mut Lowering, e: crate::ir::ExprId) -> Vec<Poly> {
+    let replaced = lowering.value(e, Reading::Whole);
+    let (one, all) = (Poly::int(1), FamilyId(0));
+    let bonded = lowering.reduce(Reduction::Sum, all, &one, Reading::Whole);
+    let algebra = &mut *lowering.algebra;
+    let some = algebra.func(Func::Lt, vec![Poly::zero(), bonded]);
+    let velocity = |a: usize| Atom::State(StateKind::Velocity, a as u32);
+    let parts = replaced.into_iter().enumerate();
+    parts
+        .map(|(a, p)| {
+            let kept = algebra.poly(velocity(a));
+            algebra.func(Func::Select, vec![some.clone(), p, kept])
+        })
+        .collect()
 }
 
 fn filters(lowering: &mut Lowering) -> Vec<Option<Poly>> {
@@ -383,6 +403,7 @@ fn fields(law: &Law, dim: usize, first: &[u32]) -> Vec<FieldSpec> {
             slots: (0..stored_components(f.shape, dim) as u32)
                 .map(|k| s + k)
                 .collect(),
+            components: stored_names(f.shape, dim),
             exponents: f.unit.base,
         })
         .collect()

@@ -73,6 +73,7 @@ pub enum Item {
     Update(Update),
     Family(Family),
     Break(Break),
+    AfterStep(AfterStep),
     Probe(Probe),
 }
 
@@ -106,6 +107,8 @@ pub enum ResponseKind {
     Energy,
     Pair,
     State,
+    /// Of a node, as a vector.
+    Force,
     Rate,
 }
 
@@ -122,6 +125,8 @@ pub struct Response {
 pub struct Field {
     pub name: Name,
     pub annotation: Annotation,
+    /// `at half`
+    pub half: bool,
     pub doc: Option<Text>,
 }
 
@@ -154,6 +159,13 @@ pub struct Break {
     pub after: bool,
     pub when: Expr,
     pub span: Span,
+}
+
+/// `after step velocity = ..`
+#[derive(Clone, Debug, PartialEq)]
+pub struct AfterStep {
+    pub name: Name,
+    pub expr: Expr,
 }
 
 /// `probe one_bond in 3d where K = 1 GPa, delta = 2 mm { .. }`

@@ -64,6 +64,8 @@ pub struct Law {
     pub defs: Vec<Def>,
     pub responses: Vec<Response>,
     pub breaks: Vec<Break>,
+    /// `after step velocity = ..`: what replaces the velocity of a node that has intact bonds.
+    pub after_step: Option<ExprId>,
     pub probes: Vec<crate::probe::Probe>,
     pub exprs: Vec<Expr>,
 }
@@ -123,6 +125,8 @@ pub struct Field {
     pub doc: String,
     pub unit: Unit,
     pub shape: Shape,
+    /// Known in the middles of the steps, as the velocity is.
+    pub half: bool,
     pub span: Span,
 }
 
@@ -149,7 +153,7 @@ pub struct Def {
     pub span: Span,
 }
 
-/// What the law answers. Node home for `Energy` and `Rate`, bond home for the others.
+/// What the law answers. Node home for `Energy`, `Force` and `Rate`, bond home for the others.
 #[derive(Clone, Debug)]
 pub enum Response {
     /// Strain energy density W of a node [J/m^3]; the force is derived.
@@ -158,6 +162,8 @@ pub enum Response {
     Pair(FamilyId, ExprId),
     /// Force state along M (scalar) or as a vector [N/m^6]; the force on i is `sum (T - T')`.
     State(FamilyId, ExprId),
+    /// Force density of a node [N/m^3], a vector.
+    Force(ExprId),
     /// Time derivative of a field.
     Rate(FieldId, ExprId),
 }
@@ -369,6 +375,8 @@ pub enum Builtin {
     Det,
     Inverse,
     Transpose,
+    /// The diagonal tensor of a vector; the vector on the diagonal of a tensor.
+    Diag,
     Sqrt,
     Abs,
     Exp,

@@ -4,6 +4,7 @@ pub mod ast;
 mod check;
 pub mod compile;
 pub mod constants;
+pub mod damping;
 pub mod derive;
 pub mod diag;
 pub mod direct;

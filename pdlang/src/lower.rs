@@ -56,6 +56,19 @@ pub fn component_name(shape: Shape, dim: usize, k: usize) -> String {
     }
 }
 
+/// What distinguishes the names of stored components.
+pub fn stored_names(shape: Shape, dim: usize) -> Vec<String> {
+    let all = match shape {
+        Shape::Scalar | Shape::Boolean => 1,
+        Shape::Vector => dim,
+        Shape::Symmetric | Shape::Tensor => dim * dim,
+    };
+    (0..all)
+        .filter(|k| shape != Shape::Symmetric || k / dim <= k % dim)
+        .map(|k| component_name(shape, dim, k))
+        .collect()
+}
+
 impl<'a> Lowering<'a> {
     pub fn new(law: &'a Law, dim: usize, algebra: &'a mut Algebra) -> Self {
         let mut next = 0;
@@ -98,7 +111,7 @@ impl<'a> Lowering<'a> {
     }
 
     /// Index of a full component among the stored ones.
-    fn stored(&self, shape: Shape, k: usize) -> u32 {
+    fn place(&self, shape: Shape, k: usize) -> u32 {
         if shape != Shape::Symmetric {
             return k as u32;
         }
@@ -158,6 +171,17 @@ impl<'a> Lowering<'a> {
         }
     }
 
+    /// The components, without repetition, of a value that is stored as `shape`.
+    pub fn stored(&mut self, id: ExprId, shape: Shape, reading: Reading) -> Value {
+        let full = self.value(id, reading);
+        let dim = self.dim;
+        let once = |k: &usize| shape != Shape::Symmetric || k / dim <= k % dim;
+        (0..full.len())
+            .filter(once)
+            .map(|k| full[k].clone())
+            .collect()
+    }
+
     fn identity(&self) -> Value {
         (0..self.dim * self.dim)
             .map(|k| Poly::int(i64::from(k / self.dim == k % self.dim)))
@@ -173,7 +197,7 @@ impl<'a> Lowering<'a> {
     fn slots(&mut self, first: u32, shape: Shape, n: usize) -> Value {
         (0..n)
             .map(|k| {
-                let slot = first + self.stored(shape, k);
+                let slot = first + self.place(shape, k);
                 self.algebra.poly(Atom::State(StateKind::Slot, slot))
             })
             .collect()
@@ -186,7 +210,7 @@ impl<'a> Lowering<'a> {
         let first = self.bond_history(h);
         (0..n)
             .map(|k| {
-                let index = first + self.stored(shape, k);
+                let index = first + self.place(shape, k);
                 self.algebra.poly(Atom::History(index))
             })
             .collect()
@@ -350,6 +374,7 @@ impl<'a> Lowering<'a> {
             Builtin::Outer => self.outer(&v[0], &v[1]),
             Builtin::Trace => vec![self.trace(&v[0])],
             Builtin::Transpose => self.transpose(&v[0]),
+            Builtin::Diag => self.diagonal(&v[0], self.law.exprs[args[0].index()].shape),
             Builtin::Sym => self.sym(&v[0]),
             Builtin::Dev => self.dev(&v[0]),
             Builtin::Det => vec![self.det(&v[0])],
@@ -413,6 +438,19 @@ impl<'a> Lowering<'a> {
         (0..self.dim * self.dim)
             .map(|k| t[(k % self.dim) * self.dim + k / self.dim].clone())
             .collect()
+    }
+
+    fn diagonal(&self, v: &[Poly], shape: Shape) -> Value {
+        let d = self.dim;
+        match shape {
+            Shape::Vector => (0..d * d)
+                .map(|k| match k / d == k % d {
+                    true => v[k / d].clone(),
+                    false => Poly::zero(),
+                })
+                .collect(),
+            _ => (0..d).map(|a| v[a * d + a].clone()).collect(),
+        }
     }
 
     fn sym(&mut self, t: &[Poly]) -> Value {

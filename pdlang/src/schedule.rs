@@ -8,9 +8,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use crate::damping::Rate;
 use crate::ir::{FamilyId, Reduction};
-use crate::poly::{Algebra, Atom, AtomId, Poly, Rate, StateKind};
-use crate::spec::{SlotKind, SlotSpec, Stage};
+use crate::poly::{self, Algebra, Atom, AtomId, Poly, StateKind};
+use crate::spec::{SlotKind, SlotSpec, Stage, Stepped};
 
 /// Stage, and position within it; level 0 is before its first sweep.
 pub type Time = (Stage, u32);
@@ -20,8 +21,9 @@ pub type Time = (Stage, u32);
 pub struct Responses {
     /// Components of the force density.
     pub force: Vec<Poly>,
-    /// (state slot of the field component, its rate).
-    pub rates: Vec<(u32, Poly)>,
+    pub rates: Vec<crate::damping::Rate>,
+    /// Components of what replaces the velocity after the step.
+    pub after_step: Vec<Poly>,
     /// Tested before the force, and once a step is accepted.
     pub breaks: Vec<(FamilyId, Poly)>,
     pub late_breaks: Vec<(FamilyId, Poly)>,
@@ -57,6 +59,9 @@ pub struct Quantity {
 pub struct Schedule {
     pub slots: Vec<SlotSpec>,
     pub drafts: BTreeMap<Key, Draft>,
+    /// State slots of the fields at half steps, and when all of their rates are known: what reads them comes later.
+    half: BTreeSet<u32>,
+    half_known: Time,
     quantities: BTreeMap<(Poly, Stage), Quantity>,
     sums: BTreeMap<(AtomId, Stage), Time>,
     state: BTreeMap<AtomId, u32>,
@@ -81,6 +86,8 @@ impl Schedule {
         Schedule {
             slots,
             drafts: BTreeMap::new(),
+            half: BTreeSet::new(),
+            half_known: (Stage::Reference, 0),
             quantities: BTreeMap::new(),
             sums: BTreeMap::new(),
             state: BTreeMap::new(),
@@ -90,8 +97,17 @@ impl Schedule {
 
     pub fn build(&mut self, algebra: &mut Algebra, r: &Responses) {
         let step = Stage::Step;
-        for p in r.force.iter().chain(r.rates.iter().map(|(_, p)| p)) {
+        let half = |r: &&Rate| r.stepped == Stepped::Half;
+        for rate in r.rates.iter().filter(half) {
+            let time = self.store_rate(algebra, rate);
+            self.half_known = self.half_known.max(time);
+        }
+        self.half = r.rates.iter().filter(half).map(|r| r.slot).collect();
+        for p in &r.force {
             self.store(algebra, p, step);
+        }
+        for rate in r.rates.iter().filter(|r| !half(r)) {
+            self.store_rate(algebra, rate);
         }
         let breaks: Vec<Time> = r
             .breaks
@@ -114,6 +130,9 @@ impl Schedule {
             bond_updates.push((next_level(time, updates), *family, *history, p));
         }
         for (_, p) in &r.node_updates {
+            self.store(algebra, p, updates);
+        }
+        for p in &r.after_step {
             self.store(algebra, p, updates);
         }
         for (_, p) in &r.late_breaks {
@@ -147,6 +166,32 @@ impl Schedule {
         }
         self.place_quantities(algebra);
         self.place_late_breaks(&r.late_breaks);
+    }
+
+    fn store_rate(&mut self, algebra: &mut Algebra, rate: &Rate) -> Time {
+        let time = self.store(algebra, &rate.drive, Stage::Step);
+        match rate.damping.is_zero() || rate.damping_field(algebra).is_some() {
+            true => time,
+            false => time.max(self.store(algebra, &rate.damping, Stage::Step)),
+        }
+    }
+
+    /// When the value of a state atom is there.
+    fn state_time(&self, atom: &Atom, context: Stage) -> Time {
+        match atom {
+            Atom::State(StateKind::Position, _) => (Stage::Reference, 0),
+            _ => self.half_time(atom, context).max((class(context), 0)),
+        }
+    }
+
+    /// Fields at half steps follow their rates; what else a sweep reads at the ends of a bond is always there.
+    fn half_time(&self, atom: &Atom, context: Stage) -> Time {
+        match atom {
+            Atom::State(StateKind::Slot, k) if self.half.contains(k) && context <= Stage::Step => {
+                next_level(self.half_known, Stage::Step)
+            }
+            _ => (Stage::Reference, 0),
+        }
     }
 
     /// Sweeps of their own when everything else of the step is done: all of it saw the bonds intact.
@@ -289,8 +334,7 @@ impl Schedule {
         for id in atoms(p) {
             let t = match algebra.atom(id).clone() {
                 Atom::Sum(..) => self.sum_time(algebra, id, context),
-                Atom::State(StateKind::Position, _) => (Stage::Reference, 0),
-                Atom::State(..) => (class(context), 0),
+                state @ Atom::State(..) => self.state_time(&state, context),
                 Atom::Named(_, inner) if algebra.nature(id).sums => self
                     .store(algebra, &Poly::atom(id), context)
                     .max(self.node_time(algebra, &inner, context)),
@@ -321,10 +365,10 @@ impl Schedule {
             return (Stage::Reference, 0);
         };
         let stage = match algebra.nature(id).rate {
-            Rate::Reference => Stage::Reference,
-            Rate::Family => Stage::Family,
-            Rate::Step => class(context),
-            Rate::Tangent => Stage::Tangent,
+            poly::Rate::Reference => Stage::Reference,
+            poly::Rate::Family => Stage::Family,
+            poly::Rate::Step => class(context),
+            poly::Rate::Tangent => Stage::Tangent,
         };
         let weighted = algebra.weighted(reduction, &body);
         let ready = self.bond_time(algebra, &weighted, context);
@@ -344,7 +388,15 @@ impl Schedule {
                 let inner = match algebra.atom(*id).clone() {
                     Atom::Named(_, p) => vec![p],
                     Atom::Func(_, args) => args,
+                    state @ Atom::State(..) => {
+                        time = time.max(self.half_time(&state, context));
+                        continue;
+                    }
                     Atom::Prime(a) => match algebra.atom(a).clone() {
+                        state @ Atom::State(..) => {
+                            time = time.max(self.half_time(&state, context));
+                            continue;
+                        }
                         Atom::Named(_, p) => vec![algebra.prime(&p)],
                         Atom::Func(_, args) => args.iter().map(|p| algebra.prime(p)).collect(),
                         _ => continue,

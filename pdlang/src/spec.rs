@@ -22,7 +22,8 @@ pub struct Spec {
     pub force: Vec<u32>,
     pub tangent: Vec<u32>,
     pub energy: Option<u32>,
-    pub rates: Vec<(u32, u32)>,
+    pub rates: Vec<RateSpec>,
+    pub after_step: Vec<u32>,
     pub breaks: bool,
     pub pairwise: bool,
     pub named: Vec<(String, Vec<u32>)>,
@@ -69,7 +70,23 @@ pub struct FamilySpec {
 pub struct FieldSpec {
     pub name: String,
     pub slots: Vec<u32>,
+    pub components: Vec<String>,
     pub exponents: [i16; 7],
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RateSpec {
+    pub field: u32,
+    pub rate: u32,
+    pub damping: Option<u32>,
+    pub stepped: Stepped,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub enum Stepped {
+    Together,
+    Alone,
+    Half,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize)]

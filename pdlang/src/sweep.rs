@@ -532,7 +532,10 @@ impl SweepWriter<'_> {
         let mut needed = BTreeSet::new();
         closure(self.algebra, &Poly::atom(id), &mut needed);
         let formed_here = post && needed.iter().any(|s| self.accumulators.contains_key(s));
+        // State is read where it is, also by what stores a copy of it.
+        let state = matches!(self.algebra.atom(id), Atom::State(..));
         if !formed_here
+            && !state
             && let Some(slot) = self
                 .schedule
                 .find(&Poly::atom(id), self.stage)

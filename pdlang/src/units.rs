@@ -52,6 +52,11 @@ impl Unit {
         Unit::mechanical(-1, 1, -2)
     }
 
+    /// N/m^3, the unit of what a node feels.
+    pub const fn force_density() -> Unit {
+        Unit::mechanical(-2, 1, -2)
+    }
+
     /// N/m^6, the unit of a force state and of a pair force.
     pub const fn bond_force() -> Unit {
         Unit::mechanical(-5, 1, -2)

@@ -12,7 +12,7 @@ use crate::density::Density;
 use crate::engine::{Engine, State};
 use crate::error::InputError;
 use crate::shape::{Shape, tolerance};
-use crate::spec::{Op, Tape};
+use crate::spec::{Op, Stepped, Tape};
 use crate::tape::Function;
 
 /// A function of the reference position and of time: `Var(0..=3)` of the tape are x, y, z [m] and t [s]; its
@@ -256,6 +256,8 @@ pub struct Conditions {
     force: Vec<Driver>,
     /// Those that follow mirror images come last.
     field: Vec<Driver>,
+    /// Of the fields at half steps.
+    half: Vec<Driver>,
     /// Displacements of driven components before the drift, in the order of the drivers.
     before: Vec<f64>,
     /// Body force density, and the slots where it may differ from 0.
@@ -302,6 +304,12 @@ impl Conditions {
             }
         }
         field.sort_by_key(|d: &Driver| d.mirror.is_some());
+        let at_half = |slot: usize| {
+            engine
+                .rates()
+                .any(|r| r.slot == slot && r.stepped == Stepped::Half)
+        };
+        let (half, field) = field.into_iter().partition(|d| at_half(d.component));
         let loads = loaded(&force, body.flavour.dim(), engine.len());
         Ok(Conditions {
             displacement,
@@ -309,6 +317,7 @@ impl Conditions {
             mirrored,
             force,
             field,
+            half,
             before: Vec::new(),
             loads,
             work: 0.0,
@@ -317,7 +326,10 @@ impl Conditions {
 
     /// Whether nothing is imposed and nothing loaded.
     pub fn is_free(&self) -> bool {
-        self.motion().next().is_none() && self.force.is_empty() && self.field.is_empty()
+        self.motion().next().is_none()
+            && self.force.is_empty()
+            && self.field.is_empty()
+            && self.half.is_empty()
     }
 
     /// Drivers of the motion, each after those that it follows.
@@ -332,6 +344,7 @@ impl Conditions {
             driver.impose(body, state.time, &mut state.u[driver.component]);
         }
         self.impose_fields(body, state.time, &mut state.slots);
+        self.impose_half_fields(body, state.time, &mut state.slots);
     }
 
     /// Body forces at time `t`.
@@ -449,7 +462,14 @@ impl Conditions {
         }
     }
 
-    /// Imposes fields at time `t`.
+    /// Imposes fields at half steps at time `t`.
+    pub fn impose_half_fields(&self, body: &Body, t: f64, slots: &mut [Vec<f64>]) {
+        for driver in &self.half {
+            driver.impose(body, t, &mut slots[driver.component]);
+        }
+    }
+
+    /// Imposes the other fields at time `t`.
     pub fn impose_fields(&self, body: &Body, t: f64, slots: &mut [Vec<f64>]) {
         for driver in &self.field {
             driver.impose(body, t, &mut slots[driver.component]);

@@ -27,7 +27,7 @@ pub use needs::Need;
 use crate::lane::Record;
 use crate::language::Exponents;
 use crate::layout::{Family, Layout};
-use crate::spec::{InfluenceFn, SlotKind, Spec, Stage};
+use crate::spec::{InfluenceFn, SlotKind, Spec, Stage, Stepped};
 use geometry::Geometry;
 use program::Program;
 
@@ -94,6 +94,46 @@ enum Home {
     Position(usize),
     State(usize),
     Array(usize),
+}
+
+/// The rate of a field component, `drive - damping*field`, layout order.
+#[derive(Clone, Copy, Debug)]
+pub struct FieldRate<'a> {
+    /// Position of the component in [`State::slots`].
+    pub slot: usize,
+    pub drive: &'a [f64],
+    damping: Option<Damping<'a>>,
+    pub stepped: Stepped,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Damping<'a> {
+    Values(&'a [f64]),
+    /// Position in [`State::slots`].
+    Field(usize),
+}
+
+impl<'a> FieldRate<'a> {
+    /// `None`: 0.
+    pub fn damping<'s>(&self, state: &'s State) -> Option<&'s [f64]>
+    where
+        'a: 's,
+    {
+        self.damping.map(|damping| match damping {
+            Damping::Values(values) => values,
+            Damping::Field(k) => &state.slots[k],
+        })
+    }
+
+    /// The whole rate, layout order.
+    pub fn whole(&self, state: &State) -> Vec<f64> {
+        let mut rate = self.drive.to_vec();
+        if let Some(damping) = self.damping(state) {
+            let q = state.slots[self.slot].iter().zip(damping);
+            rate.iter_mut().zip(q).for_each(|(r, (q, c))| *r -= c * q);
+        }
+        rate
+    }
 }
 
 /// A law on a body.
@@ -233,13 +273,26 @@ impl Engine {
         &self.arrays[..self.spec.force.len()]
     }
 
-    /// (position in [`State::slots`], its time derivative) of every field component; after `forces`.
-    pub fn rates(&self) -> impl Iterator<Item = (usize, &[f64])> {
-        self.spec.rates.iter().filter_map(|&(field, rate)| {
-            match (self.homes[field as usize], self.homes[rate as usize]) {
-                (Home::State(k), Home::Array(a)) => Some((k, &self.arrays[a][..])),
-                _ => None,
-            }
+    /// The rate of every field component that has one; after `forces`.
+    pub fn rates(&self) -> impl Iterator<Item = FieldRate<'_>> {
+        let array = |slot: u32| match self.homes[slot as usize] {
+            Home::Array(a) => Some(&self.arrays[a][..]),
+            _ => None,
+        };
+        let damping = move |slot: u32| match self.homes[slot as usize] {
+            Home::State(k) => Some(Damping::Field(k)),
+            _ => array(slot).map(Damping::Values),
+        };
+        self.spec.rates.iter().filter_map(move |r| {
+            let Home::State(slot) = self.homes[r.field as usize] else {
+                return None;
+            };
+            Some(FieldRate {
+                slot,
+                drive: array(r.rate)?,
+                damping: r.damping.and_then(damping),
+                stepped: r.stepped,
+            })
         })
     }
 
@@ -256,18 +309,13 @@ impl Engine {
         h.slot.map(|s| position(&s.0).into_iter().collect())
     }
 
-    /// Name, unit and position in [`State::slots`] of every field component; numbered where a field has several.
+    /// Name, unit and position in [`State::slots`] of every field component: `q`, `q_x`, `q_xy`.
     pub fn field_components(&self) -> Vec<(String, Exponents, usize)> {
         let mut found = Vec::new();
         for field in &self.spec.fields {
             let slots = self.state_slots(&field.name).unwrap_or_default();
-            let many = slots.len() > 1;
-            for (k, slot) in slots.into_iter().enumerate() {
-                let name = match many {
-                    true => format!("{}_{k}", field.name),
-                    false => field.name.clone(),
-                };
-                found.push((name, field.exponents, slot));
+            for (slot, part) in slots.into_iter().zip(&field.components) {
+                found.push((format!("{}{part}", field.name), field.exponents, slot));
             }
         }
         found
@@ -329,6 +377,7 @@ impl Engine {
             }
         }
         self.swap_histories(s);
+        self.replace_velocities(s);
         broken
     }
 

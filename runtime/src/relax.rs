@@ -1,13 +1,19 @@
-//! Time integration of fields with rates: the stabilised Runge-Kutta-Legendre scheme of second order.
+//! Time integration of fields with rates.
 //!
-//! A step of `s` stages is stable while `dt * rate <= (s^2 + s - 2)/2`, `rate` being the fastest of the fields: its
+//! A rate `drive - damping*field` that the fields of its own kind leave alone is stepped at once by the trapezoidal
+//! rule, `((1 - damping dt/2) field + dt drive)/(1 + damping dt/2)`, at any damping that is not negative: fields at full
+//! steps from the middle of the step, those at half steps from the full step between. While others need its value, a
+//! field that is on its way has the mean of both ends.
+//!
+//! All other fields share the stabilised Runge-Kutta-Legendre scheme of second order. A step of `s` stages is stable while `dt * rate <= (s^2 + s - 2)/2`, `rate` being the fastest of the fields: its
 //! length grows with the square of its cost (Meyer, Balsara and Aslam 2014, J. Comput. Phys. 257, 594-626, RKL2).
 //! Two stages are the explicit method of second order with its usual limit. Every pass treats each number on its
 //! own, and changes are added to the value at the start: what a law conserves stays to rounding.
 
 use crate::body::Body;
 use crate::conditions::Conditions;
-use crate::engine::{Breaking, Engine, Need, State};
+use crate::engine::{Breaking, Engine, FieldRate, Need, State};
+use crate::spec::Stepped;
 use rayon::prelude::*;
 
 /// Stages of a step whose length is chosen for the fields alone.
@@ -33,21 +39,82 @@ pub fn stages(dt: f64, rate: f64) -> u32 {
         .unwrap_or(2 * MOST)
 }
 
-/// The arrays that a step needs, one per field component with a rate.
+/// The arrays that a step needs.
 #[derive(Debug, Default)]
 pub struct Relaxation {
-    /// Positions in [`State::slots`].
+    /// Field components that are stepped at once, at half and at full steps.
+    half: Vec<Ahead>,
+    alone: Vec<Ahead>,
+    /// Positions in [`State::slots`] of those that share the stages.
     slots: Vec<usize>,
     start: Vec<Vec<f64>>,
     first: Vec<Vec<f64>>,
     older: Vec<Vec<f64>>,
 }
 
+/// A field component, and its value where it goes.
+#[derive(Debug)]
+struct Ahead {
+    slot: usize,
+    next: Vec<f64>,
+}
+
+impl Ahead {
+    fn of(engine: &Engine, stepped: Stepped) -> Vec<Ahead> {
+        let rates = engine.rates().filter(|r| r.stepped == stepped);
+        let one = |r: FieldRate| Ahead {
+            slot: r.slot,
+            next: vec![0.0; engine.len()],
+        };
+        rates.map(one).collect()
+    }
+
+    /// The value at the end of a step of `dt`.
+    fn step(&mut self, state: &State, rate: &FieldRate, dt: f64) {
+        debug_assert_eq!(self.slot, rate.slot);
+        let (h, damping) = (0.5 * dt, rate.damping(state));
+        let chunks = self.next.par_chunks_mut(CHUNK).enumerate();
+        chunks.for_each(|(c, next)| {
+            let from = c * CHUNK;
+            let to = from + next.len();
+            let (start, drive) = (&state.slots[rate.slot][from..to], &rate.drive[from..to]);
+            let parts = next.iter_mut().zip(start.iter().zip(drive));
+            match damping {
+                None => parts.for_each(|(next, (q, a))| *next = q + dt * a),
+                Some(damping) => {
+                    for ((next, (q, a)), c) in parts.zip(&damping[from..to]) {
+                        *next = ((1.0 - h * c) * q + dt * a) / (1.0 + h * c);
+                    }
+                }
+            }
+        });
+    }
+
+    fn swap(&mut self, state: &mut State) {
+        std::mem::swap(&mut state.slots[self.slot], &mut self.next);
+    }
+
+    /// The state gets the mean of where the field is and where it goes.
+    fn meet(&self, state: &mut State) {
+        let values = state.slots[self.slot].par_chunks_mut(CHUNK);
+        values
+            .zip(self.next.par_chunks(CHUNK))
+            .for_each(|(q, next)| {
+                q.iter_mut()
+                    .zip(next)
+                    .for_each(|(q, next)| *q = 0.5 * (*q + next));
+            });
+    }
+}
+
 impl Relaxation {
     pub fn new(engine: &Engine) -> Relaxation {
-        let slots: Vec<usize> = engine.rates().map(|(slot, _)| slot).collect();
+        let together = engine.rates().filter(|r| r.stepped == Stepped::Together);
+        let slots: Vec<usize> = together.map(|r| r.slot).collect();
         let zeros = || vec![vec![0.0; engine.len()]; slots.len()];
         Relaxation {
+            half: Ahead::of(engine, Stepped::Half),
+            alone: Ahead::of(engine, Stepped::Alone),
             start: zeros(),
             first: zeros(),
             older: zeros(),
@@ -55,8 +122,48 @@ impl Relaxation {
         }
     }
 
-    /// Advances the fields from `state.time` by `dt`; everything else in the state stands still. Conditions on fields
-    /// hold at every stage. `evaluated` says that the engine has the rates of this very state.
+    /// Whether there are fields at half steps.
+    pub fn has_half(&self) -> bool {
+        !self.half.is_empty()
+    }
+
+    /// Whether fields share the stages.
+    pub fn has_stages(&self) -> bool {
+        !self.slots.is_empty()
+    }
+
+    /// Whether there are fields, and all of them are stepped at once.
+    pub fn is_free(&self) -> bool {
+        let ahead = self.half.iter().chain(&self.alone).count();
+        ahead > 0 && !self.has_stages()
+    }
+
+    /// Fields at half steps, whose rates the engine has, go on by `dt` to time `middle`; the state gets their means.
+    pub fn meet(
+        &mut self,
+        engine: &Engine,
+        state: &mut State,
+        (conditions, body): (&Conditions, &Body),
+        middle: f64,
+        dt: f64,
+    ) {
+        let rates = engine.rates().filter(|r| r.stepped == Stepped::Half);
+        for (ahead, rate) in self.half.iter_mut().zip(rates) {
+            ahead.step(state, &rate, dt);
+        }
+        self.half.iter_mut().for_each(|a| a.swap(state));
+        conditions.impose_half_fields(body, middle, &mut state.slots);
+        self.half.iter_mut().for_each(|a| a.swap(state));
+        self.half.iter().for_each(|a| a.meet(state));
+    }
+
+    /// After [`Relaxation::meet`]: the state gets the values that the fields at half steps went to.
+    pub fn part(&mut self, state: &mut State) {
+        self.half.iter_mut().for_each(|a| a.swap(state));
+    }
+
+    /// Advances the fields at full steps from `state.time` by `dt`; everything else in the state stands still.
+    /// Conditions on fields hold at every stage. `evaluated` says that the engine has the rates of this very state.
     ///
     /// Returns whether all values are finite.
     pub fn step(
@@ -69,6 +176,39 @@ impl Relaxation {
         evaluated: bool,
     ) -> bool {
         let (conditions, body) = act;
+        if self.slots.is_empty() && self.alone.is_empty() {
+            return true;
+        }
+        let mut evaluated = evaluated;
+        if !self.alone.is_empty() {
+            if !evaluated {
+                engine.evaluate(state, Breaking::Held, Need::Rates);
+            }
+            let rates = engine.rates().filter(|r| r.stepped == Stepped::Alone);
+            for (ahead, rate) in self.alone.iter_mut().zip(rates) {
+                ahead.step(state, &rate, dt);
+            }
+            self.alone.iter().for_each(|a| a.meet(state));
+            evaluated = false;
+        }
+        if self.has_stages() {
+            self.stage(engine, state, act, dt, stages, evaluated);
+        }
+        self.alone.iter_mut().for_each(|a| a.swap(state));
+        conditions.impose_fields(body, state.time + dt, &mut state.slots);
+        self.finite(engine, state)
+    }
+
+    /// The fields that share the stages.
+    fn stage(
+        &mut self,
+        engine: &mut Engine,
+        state: &mut State,
+        (conditions, body): (&Conditions, &Body),
+        dt: f64,
+        stages: u32,
+        evaluated: bool,
+    ) {
         let w = 2.0 / reach(stages);
         // c_1 is w b_1, and c_j = (j^2 + j - 2)/(s^2 + s - 2).
         let place = |j: u32| match j {
@@ -79,7 +219,9 @@ impl Relaxation {
         if !evaluated {
             engine.evaluate(state, Breaking::Held, Need::Rates);
         }
-        for (k, (slot, rate)) in engine.rates().enumerate() {
+        let together = |r: &FieldRate| r.stepped == Stepped::Together;
+        for (k, rate) in engine.rates().filter(together).enumerate() {
+            let (slot, rate) = (rate.slot, rate.drive);
             debug_assert_eq!(slot, self.slots[k]);
             self.first[k].copy_from_slice(rate);
             self.start[k].copy_from_slice(&state.slots[slot]);
@@ -91,13 +233,13 @@ impl Relaxation {
         for j in 2..=stages {
             engine.evaluate(state, Breaking::Held, Need::Rates);
             let weights = Weights::of(j, w * dt);
-            for (k, (slot, rate)) in engine.rates().enumerate() {
+            for (k, rate) in engine.rates().filter(together).enumerate() {
+                let (slot, rate) = (rate.slot, rate.drive);
                 let arrays = (&self.start[k][..], &self.first[k][..], rate);
                 weights.apply(&mut state.slots[slot], &mut self.older[k], arrays);
             }
             conditions.impose_fields(body, time + place(j) * dt, &mut state.slots);
         }
-        self.finite(engine, state)
     }
 
     /// Padding may hold anything.
@@ -111,7 +253,9 @@ impl Relaxation {
                 real.map(|(x, _)| x).sum::<f64>().is_finite()
             })
         };
-        self.slots.iter().all(|&slot| sound(&state.slots[slot]))
+        let ahead = self.half.iter().chain(&self.alone).map(|a| &a.slot);
+        let mut slots = self.slots.iter().chain(ahead);
+        slots.all(|&slot| sound(&state.slots[slot]))
     }
 }
 

@@ -87,6 +87,10 @@ impl Simulation {
             observer.step(self);
             let doubt = self.doubt();
             self.broken += self.engine.commit(&mut self.state) as u64;
+            if !self.spec.after_step.is_empty() {
+                self.conditions
+                    .impose_velocities(&self.body, &mut self.state, self.dt);
+            }
             if self.state.step >= self.steps {
                 return doubt.map_or(Ok(()), |why| Err(self.stopped(Some(self.fastest()), why)));
             }
@@ -110,7 +114,10 @@ impl Simulation {
         } else {
             Need::All
         };
-        self.broken += self.engine.evaluate(&mut self.state, Breaking::Armed, need) as u64;
+        self.broken += match self.relaxation.has_half() {
+            false => self.engine.evaluate(&mut self.state, Breaking::Armed, need),
+            true => self.meet_half_fields(),
+        } as u64;
         self.evaluations += 1;
         self.timings.forces += lap(began);
         let first = self.state.step == 0;
@@ -122,6 +129,19 @@ impl Simulation {
         }
         self.timings.integration += lap(began);
         self.write(observer)
+    }
+
+    /// Evaluates in two parts: fields at half steps go on from the middle of the last step to that of the next, and
+    /// the force sees the mean. Returns the directed bonds that broke.
+    fn meet_half_fields(&mut self) -> usize {
+        let (engine, state) = (&mut self.engine, &mut self.state);
+        let broken = engine.evaluate(state, Breaking::Armed, Need::Half);
+        // The first way is from the start to the middle of the first step.
+        let dt = if state.step == 0 { 0.5 } else { 1.0 } * self.dt;
+        let act = (&self.conditions, &self.body);
+        let middle = state.time + 0.5 * self.dt;
+        self.relaxation.meet(engine, state, act, middle, dt);
+        broken + engine.evaluate(state, Breaking::Armed, Need::Rest)
     }
 
     /// Contact forces at the present positions.
@@ -153,6 +173,7 @@ impl Simulation {
 
     /// The step from one accepted state to where the next is evaluated.
     fn advance(&mut self, observer: &mut dyn Observer) -> Result<(), Stopped> {
+        self.relaxation.part(&mut self.state);
         let moved = match self.spec.force.is_empty() {
             false => self.travel(),
             true => self.flow(),
@@ -169,7 +190,8 @@ impl Simulation {
     /// The fields of a law without motion. `None` when a value is not finite.
     fn flow(&mut self) -> Option<f64> {
         // What a commit or a breaking bond changes was not yet so when the rates were evaluated.
-        let fresh = self.spec.histories.is_empty() && !self.spec.breaks;
+        let fresh =
+            self.spec.histories.is_empty() && !self.spec.breaks && !self.relaxation.has_half();
         let sound = self.relax(fresh);
         self.state.step += 1;
         self.state.time = self.clock.time(self.state.step);

@@ -1,7 +1,7 @@
 //! Laws written by hand for the tests of the simulation.
 
 use crate::engine::tests::laws::{self, Writer, accumulated, slot, sweep};
-use crate::spec::{FieldSpec, Op, SlotKind, Spec, Stage, Tape};
+use crate::spec::{FieldSpec, Op, RateSpec, SlotKind, Spec, Stage, Stepped, Tape};
 
 /// c and the critical stretch; f = sum c s Y/|Y| w, W = sum c/4 s^2 x w, and the tangent of f.
 pub fn pmb(dim: usize) -> Spec {
@@ -115,9 +115,15 @@ pub fn heat(dim: usize) -> Spec {
     spec.fields = vec![FieldSpec {
         name: "T".into(),
         slots: vec![0],
+        components: vec![String::new()],
         exponents: [0; 7],
     }];
-    spec.rates = vec![(0, 1)];
+    spec.rates = vec![RateSpec {
+        field: 0,
+        rate: 1,
+        damping: None,
+        stepped: Stepped::Together,
+    }];
     let mut s = sweep("rate", Stage::Step);
     (s.own, s.nbr, s.out) = (vec![0], vec![0], vec![1]);
     s.accumulators = 1;

@@ -294,10 +294,16 @@ impl Simulation {
             }
         };
         if !dt.is_finite() {
-            return Err(InputError::new(
-                "nothing in the body moves or flows, so that no step follows from it",
-                "give the time step, or a horizon that reaches the neighbours",
-            ));
+            return Err(match self.relaxation.is_free() {
+                true => InputError::new(
+                    "the fields of the law bear any time step, so that none follows from the body",
+                    "give the time step",
+                ),
+                false => InputError::new(
+                    "nothing in the body moves or flows, so that no step follows from it",
+                    "give the time step, or a horizon that reaches the neighbours",
+                ),
+            });
         }
         let dt = match self.rule {
             StepRule::Stable { .. } => self.fitted(dt),
@@ -327,7 +333,7 @@ impl Simulation {
 
     /// Stages of the fields for the present step, from their fastest rate [1/s].
     pub(crate) fn set_stages(&mut self, rate: f64) -> Result<(), InputError> {
-        if self.spec.rates.is_empty() {
+        if !self.relaxation.has_stages() {
             return Ok(());
         }
         self.stages = relax::stages(self.dt, rate);

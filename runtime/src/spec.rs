@@ -32,8 +32,10 @@ pub struct Spec {
     pub tangent: Vec<u32>,
     /// Slot of the strain energy density [J/m^3].
     pub energy: Option<u32>,
-    /// (slot of a field component, slot of its time derivative).
-    pub rates: Vec<(u32, u32)>,
+    /// One per component of a field that changes by itself.
+    pub rates: Vec<RateSpec>,
+    /// Slots, written by update sweeps, of what replaces the velocity when a step is accepted; none or one per dimension.
+    pub after_step: Vec<u32>,
     /// True when a bond can break.
     pub breaks: bool,
     /// Proved by the compiler: the force on i from j is minus the force on j from i, along M.
@@ -117,7 +119,30 @@ pub struct FieldSpec {
     pub name: String,
     /// Component slots, one for a scalar.
     pub slots: Vec<u32>,
+    /// What distinguishes their names: `_x`, `_xy`; empty for a scalar.
+    pub components: Vec<String>,
     pub exponents: [i16; 7],
+}
+
+/// The rate of a field component: `rate - damping*field`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RateSpec {
+    pub field: u32,
+    pub rate: u32,
+    /// Slot of the damping [1/s], where there is one.
+    pub damping: Option<u32>,
+    pub stepped: Stepped,
+}
+
+/// How a field goes from one step to the next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Stepped {
+    /// By the stages of a scheme that all such fields share: their rates depend on them. No damping is split off.
+    Together,
+    /// At once, by the trapezoidal rule: rate and damping do not change with what is stepped.
+    Alone,
+    /// As `Alone`, from the middle of one step to the middle of the next, before the force is evaluated.
+    Half,
 }
 
 /// Memory that only an update sweep changes. One scalar each (components are separate entries).

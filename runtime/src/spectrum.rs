@@ -3,13 +3,14 @@
 //! `M^-1 K` is never formed: Lanczos applies the tangent of the actual body, with its free surfaces and cracks. The
 //! start vector is fixed, so the step is the same in every run. Where the operator is not symmetric in the inner
 //! product of the masses, power iteration takes over. Where fields follow the motion at once and push back, as heat of
-//! deformation does, what they add to the stiffness counts.
+//! deformation does, what they add to the stiffness counts. Fields at half steps that have no motion beside them make
+//! waves with those at full steps, which are treated alike.
 
 use crate::density::Density;
 use crate::engine::{Breaking, Engine, Need, State};
 use crate::integrate::total;
 use crate::relax;
-use crate::spec::Spec;
+use crate::spec::{RateSpec, Spec, Stepped};
 use serde::{Deserialize, Serialize};
 
 /// A time step and where it comes from.
@@ -39,12 +40,14 @@ pub fn stable_step(
     contact: f64,
     safety: f64,
 ) -> StableStep {
-    let motion = if spec.force.is_empty() {
-        Estimate::default()
-    } else {
-        stiffness(engine, state, density)
+    let staggered = spec.rates.iter().any(|r| r.stepped == Stepped::Half);
+    let motion = match (spec.force.is_empty(), staggered) {
+        (false, _) => stiffness(engine, state, density),
+        (true, true) => exchange(engine, state),
+        (true, false) => Estimate::default(),
     };
-    let fields = if spec.rates.is_empty() {
+    let together = |r: &RateSpec| r.stepped == Stepped::Together;
+    let fields = if !spec.rates.iter().any(together) {
         Estimate::default()
     } else {
         diffusion(engine, state)
@@ -62,7 +65,7 @@ pub fn stable_step(
         }
     });
     let alone = relax::reach(relax::USUAL) / relax::reach(relax::MOST_CHOSEN) * most;
-    let limit = if spec.force.is_empty() {
+    let limit = if spec.force.is_empty() && !staggered {
         alone
     } else {
         moving.min(most)
@@ -120,7 +123,7 @@ impl Through {
         state.v.iter_mut().for_each(|v| v.fill(0.0));
         engine.forces(&mut state, Breaking::Held);
         let mut through = Through {
-            still: rates(engine),
+            still: rates(engine, |r| r != Stepped::Half),
             force: engine.force().to_vec(),
             state,
         };
@@ -139,9 +142,10 @@ impl Through {
         }
         engine.evaluate(&mut self.state, Breaking::Held, Need::Rates);
         self.state.v.iter_mut().for_each(|v| v.fill(0.0));
-        let pairs = engine.rates().zip(&self.still);
+        let full = engine.rates().filter(|r| r.stepped != Stepped::Half);
+        let pairs = full.zip(&self.still);
         pairs
-            .map(|((_, now), (_, still))| now.iter().zip(still).map(|(a, b)| a - b).collect())
+            .map(|(now, (_, still))| now.drive.iter().zip(still).map(|(a, b)| a - b).collect())
             .collect()
     }
 
@@ -174,8 +178,10 @@ impl Through {
     }
 }
 
-fn rates(engine: &Engine) -> Vec<(usize, Vec<f64>)> {
-    engine.rates().map(|(s, r)| (s, r.to_vec())).collect()
+/// The rates, without their dampings, of the fields that are stepped so.
+fn rates(engine: &Engine, chosen: impl Fn(Stepped) -> bool) -> Vec<(usize, Vec<f64>)> {
+    let rates = engine.rates().filter(|r| chosen(r.stepped));
+    rates.map(|r| (r.slot, r.drive.to_vec())).collect()
 }
 
 /// Largest eigenvalue of minus the derivative of the rates along the fields [1/s], by differences of rates.
@@ -183,7 +189,7 @@ fn diffusion(engine: &mut Engine, state: &State) -> Estimate {
     let volume = engine.volume().to_vec();
     let evaluated = |engine: &mut Engine, state: &mut State| {
         engine.evaluate(state, Breaking::Held, Need::Rates);
-        rates(engine)
+        rates(engine, |r| r == Stepped::Together)
     };
     let mut probe = state.clone();
     let base = evaluated(engine, &mut probe);
@@ -211,6 +217,66 @@ fn diffusion(engine: &mut Engine, state: &State) -> Estimate {
     });
     engine.forces(&mut state.clone(), Breaking::Held);
     found
+}
+
+/// Largest eigenvalue of the waves that fields at full steps and at half steps make of each other [rad^2/s^2], by
+/// differences of rates.
+fn exchange(engine: &mut Engine, state: &State) -> Estimate {
+    let volume = engine.volume().to_vec();
+    let mut probe = state.clone();
+    engine.forces(&mut probe, Breaking::Held);
+    let [full, half] = [Stepped::Alone, Stepped::Half].map(|kind| rates(engine, |r| r == kind));
+    let found = largest(full.len(), &volume, |x, y| {
+        let pushed = respond(engine, &mut probe, state, &full, x, (Need::Half, &half));
+        let back = respond(
+            engine,
+            &mut probe,
+            state,
+            &half,
+            &pushed,
+            (Need::Rates, &full),
+        );
+        for (y, back) in y.iter_mut().zip(&back) {
+            y.iter_mut().zip(back).for_each(|(y, b)| *y = -b);
+        }
+    });
+    engine.forces(&mut state.clone(), Breaking::Held);
+    found
+}
+
+/// Change of the rates in `to` per change of the fields in `from` by `x`. Leaves `probe` as `state` is.
+fn respond(
+    engine: &mut Engine,
+    probe: &mut State,
+    state: &State,
+    from: &[(usize, Vec<f64>)],
+    x: &Field,
+    (need, to): (Need, &[(usize, Vec<f64>)]),
+) -> Field {
+    let size = x.iter().flatten().fold(0.0_f64, |m, x| m.max(x.abs()));
+    let values = from.iter().flat_map(|(slot, _)| &state.slots[*slot]);
+    let large = values.fold(0.0_f64, |m, v| m.max(v.abs()));
+    // Of the size of the fields: exact for linear laws and sensible for others.
+    let (step, unit) = (
+        if large > 0.0 { 1e-3 * large } else { 1.0 },
+        if size > 0.0 { size } else { 1.0 },
+    );
+    let h = step / unit;
+    for ((slot, _), x) in from.iter().zip(x) {
+        let moved = state.slots[*slot].iter().zip(x).map(|(q, x)| q + h * x);
+        probe.slots[*slot] = moved.collect();
+    }
+    engine.evaluate(probe, Breaking::Held, need);
+    let now = rates(engine, |_| true);
+    for (slot, _) in from {
+        probe.slots[*slot].copy_from_slice(&state.slots[*slot]);
+    }
+    let change = |(slot, still): &(usize, Vec<f64>)| {
+        let moved = now.iter().find(|(k, _)| k == slot).map(|(_, r)| r);
+        let pairs = moved.into_iter().flatten().zip(still);
+        pairs.map(|(r, r0)| (r - r0) / h).collect()
+    };
+    to.iter().map(change).collect()
 }
 
 /// Vectors with one array per component, layout order.

@@ -4,11 +4,12 @@
 use std::collections::{BTreeMap, HashSet};
 
 use pdlang::ir;
+use pdlang::lower::stored_components;
 use pdlang::oracle::{self, Oracle, Value};
 use pdlang_models::registry;
 use pdlang_runtime::body::Body;
 use pdlang_runtime::engine::{self, Breaking, Engine, Isa, Traversal};
-use pdlang_runtime::spec::{InfluenceFn, Spec};
+use pdlang_runtime::spec::{InfluenceFn, RateSpec, Spec};
 
 use crate::{bodies, bridge, canaries, laws, naive, plain};
 
@@ -31,8 +32,8 @@ pub struct Question<'a> {
     pub v: Vec<[f64; 3]>,
     /// Time between two of the path [s].
     pub dt: f64,
-    /// Scalar fields of the law, per node.
-    pub fields: Vec<Vec<f64>>,
+    /// Fields of the law: components as they are stored, each per node.
+    pub fields: Vec<Vec<Vec<f64>>>,
     pub broken: HashSet<(usize, usize)>,
     /// Increment of the tangent [m].
     pub du: Vec<[f64; 3]>,
@@ -44,8 +45,10 @@ pub struct Answer {
     pub force: Vec<[f64; 3]>,
     pub energy: Vec<f64>,
     pub tangent: Vec<[f64; 3]>,
-    /// Time derivative of each field, per node.
+    /// Time derivative of each field component, per node, in the order of the fields.
     pub rates: Vec<Vec<f64>>,
+    /// Velocities after the step, of a law that replaces them.
+    pub velocity: Vec<[f64; 3]>,
     /// Bonds that break when they may.
     pub breaks: usize,
 }
@@ -55,10 +58,11 @@ pub struct Answer {
 pub struct Scale {
     /// max_i sum_j |f_ij| V_j [N/m^3].
     pub force: f64,
-    /// Largest energy density, tangent component and rate.
+    /// Largest energy density, tangent component, rate and velocity.
     pub energy: f64,
     pub tangent: f64,
     pub rates: f64,
+    pub velocity: f64,
 }
 
 /// Largest differences of two answers, relative to a scale.
@@ -68,6 +72,7 @@ pub struct Difference {
     pub energy: f64,
     pub tangent: f64,
     pub rates: f64,
+    pub velocity: f64,
 }
 
 impl std::fmt::Display for Difference {
@@ -77,18 +82,21 @@ impl std::fmt::Display for Difference {
             energy,
             tangent,
             rates,
+            velocity,
         } = self;
         write!(
             f,
-            "force {force:.1e}, energy {energy:.1e}, tangent {tangent:.1e}, rates {rates:.1e}"
+            "force {force:.1e}, energy {energy:.1e}, tangent {tangent:.1e}, rates {rates:.1e}, velocity {velocity:.1e}"
         )
     }
 }
 
 impl Difference {
     pub fn worst(self) -> f64 {
-        [self.force, self.energy, self.tangent, self.rates]
+        let mechanical = [self.force, self.energy, self.tangent];
+        mechanical
             .into_iter()
+            .chain([self.rates, self.velocity])
             .fold(0.0, f64::max)
     }
 
@@ -99,6 +107,7 @@ impl Difference {
             energy: self.energy.max(other.energy),
             tangent: self.tangent.max(other.tangent),
             rates: self.rates.max(other.rates),
+            velocity: self.velocity.max(other.velocity),
         }
     }
 }
@@ -168,7 +177,7 @@ impl Question<'_> {
             path: vec![vec![[0.0; 3]; nodes]],
             v: vec![[0.0; 3]; nodes],
             dt: 0.0,
-            fields: vec![vec![0.0; nodes]; law.fields.len()],
+            fields: at_rest(law, body.flavour.dim(), nodes),
             broken: HashSet::new(),
             du: vec![[0.0; 3]; nodes],
             body,
@@ -179,7 +188,6 @@ impl Question<'_> {
     /// histories has gone through three steps before.
     pub fn deformed(law: &ir::Law, body: Body, strain: f64, seed: u64) -> Question<'_> {
         let mut random = bodies::Random(seed ^ 0x57A7E);
-        let nodes = body.x.len();
         let steps = if law.histories.is_empty() { 1 } else { 4 };
         let mut question = Question::at_rest(law, body);
         let body = &question.body;
@@ -190,8 +198,13 @@ impl Question<'_> {
         question.v = bodies::deformation(body, 1e3 * strain, seed + 7);
         question.du = bodies::deformation(body, strain, seed + 77);
         question.broken = bodies::broken_pairs(body, 0.1, seed);
-        let field = |_| (0..nodes).map(|_| 300.0 + random.signed()).collect();
-        question.fields = law.fields.iter().map(field).collect();
+        for (field, parts) in law.fields.iter().zip(&mut question.fields) {
+            // Of the size of a temperature, or of whatever it is.
+            let level = if field.unit.base[4] != 0 { 300.0 } else { 0.0 };
+            for values in parts {
+                values.fill_with(|| level + random.signed());
+            }
+        }
         question.partial_volume = seed % 2 == 1;
         question
     }
@@ -216,12 +229,13 @@ impl Question<'_> {
     /// What the definitions say, and the size of their terms.
     pub fn oracle(&self) -> (Answer, Scale) {
         self.consult(|oracle, _, state| {
-            let answer = answer_of(oracle, state, &self.du);
+            let answer = answer_of(self.law, self.dim(), oracle, state, &self.du);
             let scale = Scale {
                 force: oracle.force_scale(state).expect("the state fits"),
                 energy: largest(&answer.energy),
                 tangent: largest(answer.tangent.as_flattened()),
                 rates: largest(&answer.rates.concat()),
+                velocity: largest(state.v.as_flattened()),
             };
             (answer, scale)
         })
@@ -269,8 +283,11 @@ impl Question<'_> {
         let mut state = oracle.state();
         state.v.clone_from(&self.v);
         state.dt = self.dt;
-        for (field, values) in state.fields.iter_mut().zip(&self.fields) {
-            *field = values.iter().map(|v| Value::Scalar(*v)).collect();
+        for (k, field) in state.fields.iter_mut().enumerate() {
+            let (shape, parts) = (self.law.fields[k].shape, &self.fields[k]);
+            let at = |node: usize| parts.iter().map(|p| p[node]).collect::<Vec<f64>>();
+            let nodes = 0..self.body.x.len();
+            *field = nodes.map(|n| whole(shape, self.dim(), &at(n))).collect();
         }
         state.cut(body, |i, j| self.is_broken(i, j));
         for (k, u) in self.path.iter().enumerate() {
@@ -299,7 +316,9 @@ impl Question<'_> {
         };
         let mut runner = plain::Plain::new(&spec, &body, &settings);
         for (field, values) in spec.fields.iter().zip(&self.fields) {
-            runner.slots[field.slots[0] as usize].clone_from(values);
+            for (slot, values) in field.slots.iter().zip(values) {
+                runner.slots[*slot as usize].clone_from(values);
+            }
         }
         let mut state = oracle::State {
             u: Vec::new(),
@@ -320,11 +339,20 @@ impl Question<'_> {
         }
         answer.energy = runner.energy(&state);
         answer.tangent = runner.tangent(&state, &self.du);
-        answer.rates = spec
-            .rates
-            .iter()
-            .map(|(_, rate)| runner.slots[*rate as usize].clone())
-            .collect();
+        let rate = |r: &RateSpec| {
+            let [q, drive] = [r.field, r.rate].map(|slot| &runner.slots[slot as usize]);
+            let damped = |node: usize| {
+                let damping = r.damping.map_or(0.0, |c| runner.slots[c as usize][node]);
+                drive[node] - damping * q[node]
+            };
+            (r.field, (0..q.len()).map(damped).collect())
+        };
+        let rates: BTreeMap<u32, Vec<f64>> = spec.rates.iter().map(rate).collect();
+        answer.rates = rates.into_values().collect();
+        if !spec.after_step.is_empty() {
+            runner.commit(&state);
+            answer.velocity = runner.vectors(&spec.after_step);
+        }
         answer
     }
 
@@ -393,11 +421,13 @@ impl Question<'_> {
         spread(engine, &self.v, &mut state.v);
         state.dt = self.dt;
         for (field, values) in self.law.fields.iter().zip(&self.fields) {
-            let slot = engine
-                .state_slots(&field.name)
-                .expect("the law has this field")[0];
-            for (node, value) in values.iter().enumerate() {
-                state.slots[slot][engine.slot(node)] = *value;
+            let slots = engine.state_slots(&field.name);
+            let slots = slots.expect("the law has this field");
+            assert_eq!(slots.len(), values.len(), "{}", field.name);
+            for (slot, values) in slots.into_iter().zip(values) {
+                for (node, value) in values.iter().enumerate() {
+                    state.slots[slot][engine.slot(node)] = *value;
+                }
             }
         }
         for (k, u) in self.path.iter().enumerate() {
@@ -420,7 +450,7 @@ impl Question<'_> {
         };
         let rates: BTreeMap<usize, Vec<f64>> = engine
             .rates()
-            .map(|(k, rate)| (k, per_node(engine, rate)))
+            .map(|rate| (rate.slot, per_node(engine, &rate.whole(&state))))
             .collect();
         answer.rates = rates.into_values().collect();
         let energy = engine.energy(&state).to_vec();
@@ -433,23 +463,79 @@ impl Question<'_> {
         spread(engine, &self.du, &mut du);
         let tangent = engine.tangent(&state, &du).to_vec();
         answer.tangent = gather(engine, &tangent);
-        answer.breaks = engine.forces(&mut state, Breaking::Armed);
+        let mut trial = state.clone();
+        answer.breaks = engine.forces(&mut trial, Breaking::Armed);
+        if self.law.after_step.is_some() {
+            engine.forces(&mut state, Breaking::Held);
+            engine.commit(&mut state);
+            answer.velocity = gather(engine, &state.v);
+        }
         answer
     }
 }
 
-fn answer_of(oracle: &Oracle, state: &oracle::State, du: &[[f64; 3]]) -> Answer {
-    let scalar = |v: &Value<f64>| v.scalar().expect("fields are scalars here");
+/// Fields that are zero.
+fn at_rest(law: &ir::Law, dim: usize, nodes: usize) -> Vec<Vec<Vec<f64>>> {
+    let parts = |f: &ir::Field| stored_components(f.shape, dim);
+    let fields = law.fields.iter();
+    fields.map(|f| vec![vec![0.0; nodes]; parts(f)]).collect()
+}
+
+/// A value from the components that are stored of it.
+fn whole(shape: ir::Shape, dim: usize, parts: &[f64]) -> Value<f64> {
+    let mut parts = parts.iter().copied();
+    let mut next = || parts.next().expect("a value per component");
+    match shape {
+        ir::Shape::Scalar | ir::Shape::Boolean => Value::Scalar(next()),
+        ir::Shape::Vector => {
+            let mut v = [0.0; 3];
+            v[..dim].fill_with(next);
+            Value::Vector(v)
+        }
+        ir::Shape::Symmetric | ir::Shape::Tensor => {
+            let mut t = [[0.0; 3]; 3];
+            for r in 0..dim {
+                for c in 0..dim {
+                    t[r][c] = match shape == ir::Shape::Symmetric && c < r {
+                        true => t[c][r],
+                        false => next(),
+                    };
+                }
+            }
+            Value::Tensor(t)
+        }
+    }
+}
+
+fn answer_of(
+    law: &ir::Law,
+    dim: usize,
+    oracle: &Oracle,
+    state: &oracle::State,
+    du: &[[f64; 3]],
+) -> Answer {
     let rates = oracle.rates(state).expect("the state fits");
+    let rates: BTreeMap<ir::FieldId, Vec<Value<f64>>> = rates.into_iter().collect();
+    let components = |(field, values): (&ir::FieldId, &Vec<Value<f64>>)| {
+        let symmetric = law.fields[field.index()].shape == ir::Shape::Symmetric;
+        let nodes: Vec<Vec<f64>> = values
+            .iter()
+            .map(|v| plain::components(v, dim, symmetric))
+            .collect();
+        let count = nodes.first().map_or(0, Vec::len);
+        let one = |k: usize| nodes.iter().map(|n| n[k]).collect::<Vec<f64>>();
+        (0..count).map(one).collect::<Vec<_>>()
+    };
     let breaks = |after| oracle.breaks(state, after).expect("the state fits").len();
     Answer {
         force: oracle.force(state).expect("the state fits"),
         energy: oracle.energy(state).expect("the state fits"),
         tangent: oracle.tangent(state, du).expect("the state fits"),
-        rates: rates
-            .iter()
-            .map(|(_, values)| values.iter().map(scalar).collect())
-            .collect(),
+        rates: rates.iter().flat_map(components).collect(),
+        velocity: match law.after_step {
+            Some(_) => oracle.next_velocities(state).expect("the state fits"),
+            None => Vec::new(),
+        },
         breaks: breaks(false) + breaks(true),
     }
 }
@@ -513,6 +599,11 @@ impl Answer {
             energy: relative(&self.energy, &other.energy, scale.energy),
             tangent: relative(&flat(&self.tangent), &flat(&other.tangent), scale.tangent),
             rates: relative(&self.rates.concat(), &other.rates.concat(), scale.rates),
+            velocity: relative(
+                &flat(&self.velocity),
+                &flat(&other.velocity),
+                scale.velocity,
+            ),
         }
     }
 }

@@ -213,7 +213,8 @@ impl<'a> Plain<'a> {
         }
     }
 
-    fn vectors(&self, slots: &[u32]) -> Vec<[f64; 3]> {
+    /// Values of the slots, as vectors.
+    pub fn vectors(&self, slots: &[u32]) -> Vec<[f64; 3]> {
         let component =
             |i: usize, a: usize| slots.get(a).map_or(0.0, |s| self.slots[*s as usize][i]);
         (0..self.body.nodes.len())

@@ -132,6 +132,16 @@ fn bond_memory() {
 }
 
 #[test]
+fn moving_fields() {
+    agree("moving_fields", 1e-2);
+}
+
+#[test]
+fn absorbing() {
+    agree("absorbing", 1e-2);
+}
+
+#[test]
 fn correspondence() {
     agree("correspondence", 1e-2);
 }

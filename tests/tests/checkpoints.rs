@@ -96,9 +96,10 @@ fn steps(engine: &mut Engine, state: &mut State) -> usize {
         for (v, f) in state.v.iter_mut().zip(engine.force()) {
             v.iter_mut().zip(f).for_each(|(v, f)| *v += DT * f / 2200.0);
         }
-        for (slot, rate) in engine.rates() {
-            let field = state.slots[slot].iter_mut();
-            field.zip(rate).for_each(|(q, rate)| *q += DT * rate);
+        for rate in engine.rates() {
+            let whole = rate.whole(state);
+            let field = state.slots[rate.slot].iter_mut();
+            field.zip(whole).for_each(|(q, rate)| *q += DT * rate);
         }
         for (u, v) in state.u.iter_mut().zip(&state.v) {
             u.iter_mut().zip(v).for_each(|(u, v)| *u += DT * v);

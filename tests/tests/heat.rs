@@ -196,11 +196,11 @@ fn two_nodes_exchange_heat() {
         };
         let mut question = Question::at_rest(&law, body);
         question.horizon = horizon;
-        question.fields[0] = vec![300.0, 310.0];
+        question.fields[0][0] = vec![300.0, 310.0];
         let mut engine = question.engine(question.fastest(), Traversal::Cloud, None);
         let mut state = question.state(&mut engine);
         engine.forces(&mut state, Breaking::Held);
-        let (_, rate) = engine.rates().next().expect("a rate");
+        let rate = engine.rates().next().expect("a rate").drive;
         let expected = 1.4 * micro * 10.0 / length * volume / (2200.0 * 840.0);
         let got = [0, 1].map(|n| rate[engine.slot(n)]);
         assert!(
@@ -324,7 +324,7 @@ fn uniform_expansion_is_free_of_stress() {
                     _ => 1.0,
                 };
             let mut question = Question::at_rest(&law, body).with(&[("alpha", alpha)]);
-            question.fields[0].fill(t);
+            question.fields[0][0].fill(t);
             let mut engine = question.engine(question.fastest(), Traversal::Cloud, None);
             let force = |question: &Question, engine: &mut Engine| {
                 let mut state = question.state(engine);

@@ -237,7 +237,7 @@ fn parameters_meet_as_the_law_says() {
             let mut s = e.state();
             s.slots[0][e.slot(1)] = 1.0;
             e.forces(&mut s, Breaking::Held);
-            let rate = e.rates().next().expect("a rate").1.to_vec();
+            let rate = e.rates().next().expect("a rate").drive.to_vec();
             per_node(&e, &rate)
         };
         let (same, other) = (rates([1.0, 1.0]), rates([1.0, 3.0]));
@@ -272,7 +272,7 @@ fn no_heat_is_made_where_materials_meet() {
                 s.slots[0][e.slot(i)] = *v;
             }
             e.forces(&mut s, Breaking::Held);
-            let rate = e.rates().next().expect("a rate").1.to_vec();
+            let rate = e.rates().next().expect("a rate").drive.to_vec();
             let (mut total, mut size) = (0.0, 0.0);
             for (i, rate) in per_node(&e, &rate).iter().enumerate() {
                 let heat = rate * body.volume[i] * materials[body.material[i] as usize].1 * 3.0;

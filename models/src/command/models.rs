@@ -76,6 +76,7 @@ fn response(law: &ir::Law) -> String {
         Response::Energy(_) => "energy",
         Response::Pair(..) => "pair",
         Response::State(..) => "state",
+        Response::Force(..) => "force",
         Response::Rate(..) => "rate",
     };
     law.responses

@@ -9,7 +9,7 @@ const CODE: &str = "PD040";
 pub(crate) fn none(model: &Name) -> Diagnostic {
     Diagnostic::error(CODE, format!("the model `{}` answers nothing", model.text))
         .at(model.span, "no response")
-        .help("a law states an `energy`, from which the force is derived, a `pair` or `state` force, or the `rate` of a field")
+        .help("a law states an `energy`, from which the force is derived, a `pair`, `state` or `force`, or the `rate` of a field")
 }
 
 pub(crate) fn twice(what: &str, name: &Name, earlier: Span) -> Diagnostic {
@@ -24,6 +24,15 @@ pub(crate) fn without_update(history: &Name) -> Diagnostic {
     Diagnostic::error(CODE, format!("the history `{name}` never changes"))
         .at(history.span, "no `update`")
         .help(format!("`update {name} = ..`"))
+}
+
+pub(crate) fn not_the_velocity(name: &Name) -> Diagnostic {
+    Diagnostic::error(
+        CODE,
+        format!("`{}` cannot be replaced after a step", name.text),
+    )
+    .at(name.span, "only the velocity can")
+    .help("`after step velocity = ..`; what remembers is a `history` with its `update`")
 }
 
 pub(crate) fn no_family(what: &str, family: &Name) -> Diagnostic {

@@ -7,7 +7,7 @@ use crate::span::Span;
 const CODE: &str = "PD001";
 
 /// Words that start a definition, for "did you mean".
-const STARTS: [&str; 17] = [
+const STARTS: [&str; 18] = [
     "model",
     "influence",
     "fn",
@@ -18,6 +18,7 @@ const STARTS: [&str; 17] = [
     "energy",
     "pair",
     "state",
+    "force",
     "field",
     "rate",
     "history",

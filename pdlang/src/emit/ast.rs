@@ -66,9 +66,10 @@ fn item(item: &Item) -> String {
             expr(&r.expr)
         ),
         Item::Field(f) => format!(
-            "field {}{}{}",
+            "field {}{}{}{}",
             f.name.text,
             annotation(Some(&f.annotation)),
+            if f.half { " at half" } else { "" },
             doc(&f.doc)
         ),
         Item::History(h) => format!(
@@ -96,6 +97,7 @@ fn item(item: &Item) -> String {
             if b.after { " after" } else { "" },
             expr(&b.when)
         ),
+        Item::AfterStep(a) => format!("after step {} = {}", a.name.text, expr(&a.expr)),
         Item::Probe(p) => probe(p),
     }
 }

@@ -38,10 +38,11 @@ pub(super) fn law(law: &Law) -> String {
     }
     for field in &law.fields {
         line(format!(
-            "field {} {} [{}]",
+            "field {} {} [{}]{}",
             field.name,
             shape(field.shape),
-            field.unit.symbol()
+            field.unit.symbol(),
+            if field.half { " at half" } else { "" }
         ));
     }
     for h in &law.histories {
@@ -70,6 +71,7 @@ pub(super) fn law(law: &Law) -> String {
         let of = |f: &FamilyId| law.families[f.index()].name.clone();
         line(match response {
             Response::Energy(e) => format!("energy = {}", expr(law, *e)),
+            Response::Force(e) => format!("force = {}", expr(law, *e)),
             Response::Pair(f, e) => format!("pair over {} = {}", of(f), expr(law, *e)),
             Response::State(f, e) => format!("state over {} = {}", of(f), expr(law, *e)),
             Response::Rate(f, e) => {
@@ -81,6 +83,9 @@ pub(super) fn law(law: &Law) -> String {
         let after = if b.after { " after the force" } else { "" };
         let name = &law.families[b.family.index()].name;
         line(format!("break {name}{after} when {}", expr(law, b.when)));
+    }
+    if let Some(e) = law.after_step {
+        line(format!("after step velocity = {}", expr(law, e)));
     }
     for p in &law.probes {
         line(format!(

@@ -220,7 +220,8 @@ impl Notation<'_> {
                 ),
                 Tight::Logic,
             ),
-            "tr" | "sym" | "dev" | "det" | "ln" | "sin" | "cos" | "tan" | "min" | "max" => (
+            "tr" | "sym" | "dev" | "det" | "diag" | "ln" | "sin" | "cos" | "tan" | "min"
+            | "max" => (
                 format!("\\{}\\left({list}\\right)", operator(name)),
                 Tight::Atom,
             ),

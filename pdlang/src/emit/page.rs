@@ -176,7 +176,12 @@ fn unknowns(law: &Law, notation: &Notation, parts: &mut Vec<Part>) {
         vec![
             format!("${}$", notation.name(&f.name)),
             unit(&f.unit),
-            "field".into(),
+            if f.half {
+                "field at half steps"
+            } else {
+                "field"
+            }
+            .into(),
             f.doc.clone(),
         ]
     });
@@ -247,6 +252,11 @@ fn equation(item: &Item, notation: &Notation, source: &Source) -> Option<Part> {
                     name,
                     &r.expr,
                 ),
+                ResponseKind::Force => set(
+                    "Force density of a node:",
+                    format!("\\mathbf{{{name}}}"),
+                    &r.expr,
+                ),
                 ResponseKind::Rate => set("Rate:", format!("\\dot{{{name}}}"), &r.expr),
             }
         }
@@ -257,6 +267,14 @@ fn equation(item: &Item, notation: &Notation, source: &Source) -> Option<Part> {
                 format!("{name} \\leftarrow {}", notation.expr(&u.expr)),
             ))
         }
+        Item::AfterStep(a) => Some(Part::Equation(
+            "When a step is accepted, a node with intact bonds gets the velocity".into(),
+            format!(
+                "{0} \\leftarrow {1}",
+                notation.name(&a.name.text),
+                notation.expr(&a.expr)
+            ),
+        )),
         Item::Family(f) => Some(Part::Equation(
             format!("The family `{}` consists of the bonds with", f.name.text),
             notation.expr(&f.filter),
@@ -347,6 +365,7 @@ fn expressions(item: &Item) -> Vec<&ast::Expr> {
         Item::Definition(d) => vec![&d.expr],
         Item::Response(r) => vec![&r.expr],
         Item::Update(u) => vec![&u.expr],
+        Item::AfterStep(a) => vec![&a.expr],
         Item::Family(f) => vec![&f.filter],
         Item::Break(b) => vec![&b.when],
         _ => Vec::new(),

@@ -3,8 +3,8 @@
 
 use super::lines::{Line, joined};
 
-const DEFINITIONS: [&str; 8] = [
-    "let", "node", "bond", "energy", "pair", "state", "rate", "update",
+const DEFINITIONS: [&str; 9] = [
+    "let", "node", "bond", "energy", "pair", "state", "force", "rate", "update",
 ];
 
 /// A line of a column: its kind, and how many bytes at its end are moved.

@@ -127,9 +127,22 @@ impl<'t> Writer<'_, 't> {
         let before = self.previous(k).map_or("", |piece| piece.text);
         match self.open.last() {
             Some(Bracket::Probe) => PROBE.contains(&word),
+            Some(_) if matches!(word, "force" | "energy") => self.names_a_response(k),
+            Some(_) if word == "after" => self
+                .next(k + 1)
+                .is_some_and(|n| self.pieces[n].text == "step"),
             Some(_) => ITEMS.contains(&word) && before != "on",
             None => TOP.contains(&word),
         }
+    }
+
+    /// Whether a name and `=` or `:` follow: `force` and `energy` are kinds too.
+    fn names_a_response(&self, k: usize) -> bool {
+        let text = |k: usize| self.pieces[k].text;
+        let name = self.next(k + 1);
+        let sign = name.and_then(|name| self.next(name + 1));
+        let word = |text: &str| text.starts_with(|c: char| c.is_alphabetic() || c == '_');
+        name.is_some_and(|k| word(text(k))) && sign.is_some_and(|k| matches!(text(k), "=" | ":"))
     }
 
     fn closes_block(&self, k: usize) -> bool {

@@ -277,6 +277,7 @@ impl<'o, 'a, T: Real> Evaluator<'o, 'a, T> {
             Builtin::Sym => arg(0)?.symmetric_part(),
             Builtin::Dev => arg(0)?.deviator(dim),
             Builtin::Transpose => arg(0)?.transpose(),
+            Builtin::Diag => arg(0)?.diagonal(),
             Builtin::Inverse => self.inverse(args, arg(0)?),
             Builtin::Select if arg(0)?.boolean()? => arg(1),
             Builtin::Select => arg(2),

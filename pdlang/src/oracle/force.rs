@@ -39,10 +39,12 @@ impl Oracle<'_> {
         self.density(&self.evaluator(state)?, k)
     }
 
-    /// Force density of one node [N/m^3], and the sum of the magnitudes of its bonds' forces.
+    /// Force density of one node [N/m^3], and the sum of the magnitudes of its own and its bonds' forces.
     pub(crate) fn force_on(&self, state: &State, k: usize) -> Result<([f64; 3], f64), Error> {
         let evaluator = self.evaluator(state)?;
-        let (mut force, mut scale) = ([0.0; 3], 0.0);
+        let mut force = self.node_force(&evaluator, k)?;
+        let length = |v: [f64; 3]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
+        let mut scale = length(force);
         for &b in &self.bonds_of[k] {
             let weight = self.body.bonds[b].weight;
             let direct = self.direct_bond_force(&evaluator, b)?;
@@ -55,7 +57,7 @@ impl Oracle<'_> {
                 whole = std::array::from_fn(|a| direct[a] + own[a] - back[a]);
             }
             force = std::array::from_fn(|a| force[a] + direct[a] * weight);
-            scale += whole.iter().map(|c| c * c).sum::<f64>().sqrt() * weight;
+            scale += length(whole) * weight;
         }
         if self.has_energy() {
             for (a, f) in force.iter_mut().enumerate().take(self.dim()) {
@@ -106,7 +108,7 @@ impl Oracle<'_> {
         Ok(forces)
     }
 
-    /// Largest sum of force magnitudes of one node's bonds, max_i sum_j |f_ij| w_ij [N/m^3]: what rounding
+    /// Largest sum of force magnitudes of one node's bonds and its own, max_i sum_j |f_ij| w_ij [N/m^3]: what rounding
     /// errors of a force are measured against.
     ///
     /// # Errors
@@ -117,11 +119,14 @@ impl Oracle<'_> {
             let norm: f64 = forces[*b].iter().map(|c| c * c).sum();
             norm.sqrt() * self.body.bonds[*b].weight
         };
-        Ok(self
-            .bonds_of
-            .iter()
-            .map(|own| own.iter().map(size).sum())
-            .fold(0.0, f64::max))
+        let evaluator = self.evaluator(state)?;
+        let mut largest = 0.0_f64;
+        for (k, own) in self.bonds_of.iter().enumerate() {
+            let alone = self.node_force(&evaluator, k)?;
+            let alone = alone.iter().map(|c| c * c).sum::<f64>().sqrt();
+            largest = largest.max(alone + own.iter().map(size).sum::<f64>());
+        }
+        Ok(largest)
     }
 
     fn has_energy(&self) -> bool {
@@ -207,9 +212,12 @@ impl Oracle<'_> {
         Ok(slope)
     }
 
-    /// Sum over the bonds of each node of the force densities that the law states outright.
+    /// The force densities that the law states outright: of nodes, and the sum over the bonds of each node.
     fn direct_force<T: Real>(&self, evaluator: &Evaluator<T>) -> Result<Vec<[T; 3]>, Error> {
         let mut force = vec![value::zero_vector(); self.body.nodes.len()];
+        for (k, f) in force.iter_mut().enumerate() {
+            *f = self.node_force(evaluator, k)?;
+        }
         for (b, bond) in self.body.bonds.iter().enumerate() {
             let (f, weight) = (
                 self.direct_bond_force(evaluator, b)?,
@@ -219,6 +227,15 @@ impl Oracle<'_> {
             *own = std::array::from_fn(|a| own[a] + f[a] * weight);
         }
         Ok(force)
+    }
+
+    fn node_force<T: Real>(&self, evaluator: &Evaluator<T>, k: usize) -> Result<[T; 3], Error> {
+        for response in &self.law.responses {
+            if let Response::Force(expr) = response {
+                return evaluator.at(*expr, Place::Node(k))?.vector();
+            }
+        }
+        Ok(value::zero_vector())
     }
 
     /// `pair` times M, and T - T' of every `state`, of one bond.

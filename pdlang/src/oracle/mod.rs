@@ -199,6 +199,24 @@ impl<'a> Oracle<'a> {
         Ok(next)
     }
 
+    /// The velocities after this step is accepted, per node; a node without intact bonds keeps its own.
+    ///
+    /// # Errors
+    /// When the state does not fit the law.
+    pub fn next_velocities(&self, state: &State) -> Result<Vec<[f64; 3]>, Error> {
+        let evaluator = self.evaluator(state)?;
+        let mut next = state.v.clone();
+        for (k, v) in next.iter_mut().enumerate() {
+            let bonded = |b: &usize| evaluator.intact(FamilyId(0), *b);
+            if let Some(rule) = self.law.after_step
+                && self.bonds_of[k].iter().any(bonded)
+            {
+                *v = evaluator.at(rule, Place::Node(k))?.vector()?;
+            }
+        }
+        Ok(next)
+    }
+
     /// A definition of the law by its name: one value for a constant, one per node, or one per bond of the body.
     ///
     /// # Errors

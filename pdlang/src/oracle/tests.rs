@@ -42,6 +42,7 @@ impl Builder {
             defs: Vec::new(),
             responses: Vec::new(),
             breaks: Vec::new(),
+            after_step: None,
             probes: Vec::new(),
             exprs: Vec::new(),
         })

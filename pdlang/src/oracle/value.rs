@@ -167,6 +167,21 @@ impl<T: Real> Value<T> {
         })))
     }
 
+    /// The diagonal tensor of a vector; the vector on the diagonal of a tensor.
+    pub(super) fn diagonal(self) -> Result<Value<T>, Error> {
+        match self {
+            Vector(v) => {
+                let mut a = zero_tensor();
+                (0..3).for_each(|k| a[k][k] = v[k]);
+                Ok(Tensor(a))
+            }
+            _ => {
+                let a = self.tensor()?;
+                Ok(Vector(std::array::from_fn(|k| a[k][k])))
+            }
+        }
+    }
+
     pub(super) fn symmetric_part(self) -> Result<Value<T>, Error> {
         Ok(self.add(self.transpose()?)?.scaled(T::constant(0.5)))
     }
@@ -260,6 +275,15 @@ mod tests {
         assert_eq!(symmetric, symmetric.transpose().unwrap());
         // det A by the rule of Sarrus: 24 - 1 + 0 - 1.5 + 0.5 - 0 = 22.
         assert_eq!(Tensor(A).determinant(3).unwrap(), 22.0);
+    }
+
+    #[test]
+    fn a_diagonal_there_and_back() {
+        let diagonal = Tensor(A).diagonal().unwrap();
+        assert_eq!(diagonal, Vector([2.0, 3.0, 4.0]));
+        let tensor = diagonal.diagonal().unwrap();
+        assert_eq!(tensor.diagonal().unwrap(), diagonal);
+        assert_eq!(tensor.trace().unwrap(), 9.0);
     }
 
     #[test]

@@ -152,7 +152,9 @@ fn expectation(rule: Rule) -> Expected {
         | Rule::component => Operator,
         Rule::item | Rule::item_word | Rule::item_scrap => Item,
         Rule::top_item | Rule::top_word | Rule::top_scrap => TopItem,
-        Rule::kind | Rule::annotation => Word("a kind such as `number`, `pressure` or `[J/m^2]`"),
+        Rule::kind | Rule::energy_kind | Rule::annotation => {
+            Word("a kind such as `number`, `pressure` or `[J/m^2]`")
+        }
         Rule::bound => Word("bounds such as `> 0`"),
         Rule::default => Token("="),
         Rule::citation | Rule::kw_cite => Token("cite"),
@@ -181,6 +183,9 @@ fn expectation(rule: Rule) -> Expected {
         Rule::kw_meets | Rule::meet => Token("meets"),
         Rule::kw_when => Token("when"),
         Rule::kw_after => Token("after"),
+        Rule::kw_at => Token("at"),
+        Rule::kw_half => Token("half"),
+        Rule::kw_step => Token("step"),
         Rule::kw_on => Token("on"),
         Rule::kw_in => Token("in"),
         Rule::kw_use => Token("use"),

@@ -19,6 +19,7 @@ impl<'t> Reader<'t> {
             Rule::update => ast::Item::Update(self.update(item)?),
             Rule::family => ast::Item::Family(self.family(item)?),
             Rule::breaking => ast::Item::Break(self.breaking(item)?),
+            Rule::after_step => ast::Item::AfterStep(self.after_step(item)?),
             Rule::probe => ast::Item::Probe(self.probe(item)?),
             _ => return Err(Failure::Unexpected),
         })
@@ -92,6 +93,7 @@ impl<'t> Reader<'t> {
             "energy" => ast::ResponseKind::Energy,
             "pair" => ast::ResponseKind::Pair,
             "state" => ast::ResponseKind::State,
+            "force" => ast::ResponseKind::Force,
             _ => ast::ResponseKind::Rate,
         };
         let family = self.optional_family(&mut parts)?;
@@ -110,9 +112,11 @@ impl<'t> Reader<'t> {
         let mut parts = Children::of(pair);
         let name = self.name(&parts.skip_to(Rule::ident)?);
         let annotation = self.annotation(parts.expect(Rule::annotation)?)?;
+        let half = parts.accept(Rule::kw_at).is_some() && parts.accept(Rule::kw_half).is_some();
         Ok(ast::Field {
             name,
             annotation,
+            half,
             doc: parts.accept(Rule::string).map(|pair| self.string(&pair)),
         })
     }
@@ -176,6 +180,14 @@ impl<'t> Reader<'t> {
         })
     }
 
+    pub(super) fn after_step(&self, pair: Pair<'t, Rule>) -> Build<ast::AfterStep> {
+        let mut parts = Children::of(pair);
+        Ok(ast::AfterStep {
+            name: self.name(&parts.skip_to(Rule::ident)?),
+            expr: self.last_expression(parts)?,
+        })
+    }
+
     pub(super) fn optional_family(&self, parts: &mut Children<'t>) -> Build<Option<Name>> {
         let Some(reference) = parts.accept(Rule::family_ref) else {
             return Ok(None);
@@ -214,7 +226,7 @@ impl<'t> Reader<'t> {
     pub(super) fn kind(&self, pair: Pair<'t, Rule>) -> Build<ast::Kind> {
         let part = Children::of(pair).any()?;
         match part.as_rule() {
-            Rule::ident => Ok(ast::Kind::Named(self.name(&part))),
+            Rule::ident | Rule::energy_kind => Ok(ast::Kind::Named(self.name(&part))),
             _ => Ok(ast::Kind::Unit(self.unit(part)?)),
         }
     }

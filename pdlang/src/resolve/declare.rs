@@ -91,6 +91,7 @@ impl Elaborator<'_> {
             doc,
             unit,
             shape,
+            half: written.half,
             span: written.name.span,
         });
         Some(Symbol::Field(FieldId(self.fields.len() as u32 - 1)))
@@ -153,7 +154,11 @@ pub(crate) fn declared(item: &Item) -> Option<&Name> {
         Item::Field(field) => Some(&field.name),
         Item::History(history) => Some(&history.name),
         Item::Family(family) => Some(&family.name),
-        Item::Response(_) | Item::Update(_) | Item::Break(_) | Item::Probe(_) => None,
+        Item::Response(_)
+        | Item::Update(_)
+        | Item::Break(_)
+        | Item::AfterStep(_)
+        | Item::Probe(_) => None,
     }
 }
 
@@ -173,6 +178,10 @@ pub(crate) fn item_word(item: &Item) -> &'static str {
         Item::Field(_) => "field",
         Item::History(_) => "history",
         Item::Family(_) => "family",
-        Item::Response(_) | Item::Update(_) | Item::Break(_) | Item::Probe(_) => "response",
+        Item::Response(_)
+        | Item::Update(_)
+        | Item::Break(_)
+        | Item::AfterStep(_)
+        | Item::Probe(_) => "response",
     }
 }

@@ -88,6 +88,7 @@ impl Elaborator<'_> {
             ResponseKind::State => self
                 .state(written, expr)
                 .and_then(|()| Some(Response::State(family?, expr))),
+            ResponseKind::Force => self.node_force(written, expr),
             ResponseKind::Rate => self.rate(written, expr),
         }?;
         self.matches(written.annotation.as_ref(), expr)?;
@@ -98,6 +99,9 @@ impl Elaborator<'_> {
         match (&written.family, written.kind) {
             (Some(family), ResponseKind::Energy) => {
                 self.wrong(check::responses::no_family("an energy", family))
+            }
+            (Some(family), ResponseKind::Force) => {
+                self.wrong(check::responses::no_family("the force of a node", family))
             }
             (Some(family), ResponseKind::Rate) => {
                 self.wrong(check::responses::no_family("a rate", family))
@@ -151,6 +155,14 @@ impl Elaborator<'_> {
         };
         self.scalar(expr, what_shape)?;
         self.has_unit(what, expr, &Unit::bond_force())
+    }
+
+    fn node_force(&mut self, written: &ast::Response, expr: ExprId) -> Option<Response> {
+        self.is_like("the force of a node", Shape::Vector, expr)?;
+        self.lives_at("force", &written.name, Home::Node, expr)?;
+        let unit = Unit::force_density();
+        self.has_unit("the force density", expr, &unit)?;
+        Some(Response::Force(expr))
     }
 
     fn rate(&mut self, written: &ast::Response, expr: ExprId) -> Option<Response> {
@@ -284,6 +296,18 @@ impl Elaborator<'_> {
         )?;
         self.histories[id.index()].update = expr;
         Some(())
+    }
+
+    /// What replaces the velocity when a step is accepted.
+    pub(crate) fn after_step(&mut self, written: &ast::AfterStep) -> Option<ExprId> {
+        if written.name.text != "velocity" {
+            return self.wrong(check::responses::not_the_velocity(&written.name));
+        }
+        let expr = self.elaborate(&written.expr)?;
+        self.is_like("a velocity", Shape::Vector, expr)?;
+        self.lives_at("velocity", &written.name, Home::Node, expr)?;
+        self.has_unit("the velocity", expr, &Unit::velocity())?;
+        Some(expr)
     }
 
     pub(crate) fn filter(&mut self, written: &ast::Family) -> Option<()> {

@@ -24,7 +24,7 @@ pub(crate) mod walk;
 use crate::ast::{Item, Model, ResponseKind};
 use crate::check;
 use crate::diag::Diagnostic;
-use crate::ir::{Flavour, Home, Law, Response};
+use crate::ir::{ExprId, Flavour, Home, Law, Response};
 use crate::span::Span;
 use elaborate::Symbol;
 pub(crate) use elaborate::{Context, Elaborator};
@@ -43,7 +43,7 @@ pub(crate) fn law(model: &Model, library: &Library, report: &mut Vec<Diagnostic>
         let symbol = law.define(definition).map_or(Symbol::Broken, Symbol::Def);
         law.symbols.insert(definition.name.text.clone(), symbol);
     }
-    let (responses, breaks) = law.answers(model);
+    let (responses, breaks, after_step) = law.answers(model);
     let mut law = Law {
         name: model.name.text.clone(),
         span: model.name.span,
@@ -62,11 +62,16 @@ pub(crate) fn law(model: &Model, library: &Library, report: &mut Vec<Diagnostic>
         defs: law.defs,
         responses,
         breaks,
+        after_step,
         probes: Vec::new(),
         exprs: law.exprs,
     };
     let sound =
         |findings: &[Diagnostic]| model.complete && !findings.iter().any(Diagnostic::is_error);
+    if sound(&findings) {
+        let staggered = check::half::unstaggered(&law);
+        findings.extend(staggered);
+    }
     if sound(&findings) {
         law.probes = probes(model, &law, library, &mut findings);
         // In a law with errors, what seems unused may be needed where the error is.
@@ -139,24 +144,26 @@ impl Elaborator<'_> {
         }
     }
 
-    /// Families, responses, breaks and updates, and whether there are as many of them as there should be.
-    fn answers(&mut self, model: &Model) -> (Vec<Response>, Vec<crate::ir::Break>) {
+    /// Families, responses, breaks, updates and what follows a step, and whether there are as many of them as there should be.
+    fn answers(&mut self, model: &Model) -> (Vec<Response>, Vec<crate::ir::Break>, Option<ExprId>) {
         let (mut responses, mut breaks) = (Vec::new(), Vec::new());
+        let mut after_step = None;
         for item in &model.items {
             match item {
                 Item::Family(family) => drop(self.filter(family)),
                 Item::Response(response) => responses.extend(self.respond(response)),
                 Item::Break(breaking) => breaks.extend(self.breaking(breaking)),
                 Item::Update(update) => drop(self.update(update)),
+                Item::AfterStep(after) => after_step = self.after_step(after),
                 _ => {}
             }
         }
         count_answers(model, self.report);
-        (responses, breaks)
+        (responses, breaks, after_step)
     }
 }
 
-/// One energy, one rate per field, one update per history, and something at all.
+/// One energy, one force of a node, one rate per field, one update per history, and something at all.
 fn count_answers(model: &Model, report: &mut Vec<Diagnostic>) {
     let mut seen: HashMap<(&str, &str), Span> = HashMap::new();
     for item in &model.items {
@@ -164,10 +171,14 @@ fn count_answers(model: &Model, report: &mut Vec<Diagnostic>) {
             Item::Response(response) if response.kind == ResponseKind::Energy => {
                 ("energy", "", &response.name)
             }
+            Item::Response(response) if response.kind == ResponseKind::Force => {
+                ("force", "", &response.name)
+            }
             Item::Response(response) if response.kind == ResponseKind::Rate => {
                 ("rate", response.name.text.as_str(), &response.name)
             }
             Item::Update(update) => ("update", update.name.text.as_str(), &update.name),
+            Item::AfterStep(after) => ("rule after the step", "", &after.name),
             _ => continue,
         };
         if let Some(earlier) = seen.insert((what, key), name.span) {
@@ -179,6 +190,12 @@ fn count_answers(model: &Model, report: &mut Vec<Diagnostic>) {
             && !seen.contains_key(&("update", history.name.text.as_str()))
         {
             report.push(check::responses::without_update(&history.name));
+        }
+        if let Item::Field(field) = item
+            && field.half
+            && !seen.contains_key(&("rate", field.name.text.as_str()))
+        {
+            report.push(check::half::without_rate(&field.name));
         }
     }
     if model.complete

@@ -128,6 +128,7 @@ pub(crate) const BUILTINS: &[(&str, Builtin, usize)] = &[
     ("det", Builtin::Det, 1),
     ("inverse", Builtin::Inverse, 1),
     ("transpose", Builtin::Transpose, 1),
+    ("diag", Builtin::Diag, 1),
     ("sqrt", Builtin::Sqrt, 1),
     ("abs", Builtin::Abs, 1),
     ("exp", Builtin::Exp, 1),

@@ -169,6 +169,7 @@ fn needed(model: &Model) -> HashSet<String> {
                 queue.extend(breaking.family.iter().map(|name| name.text.clone()));
             }
             Item::Update(update) => mentioned(&update.expr, &mut queue),
+            Item::AfterStep(after) => mentioned(&after.expr, &mut queue),
             Item::History(history) => {
                 queue.extend(history.family.iter().map(|name| name.text.clone()))
             }

@@ -438,8 +438,7 @@ impl Reader<'_> {
         }
         if name.text == "force" {
             let node = self.at_node(written, place)?;
-            let unit = Unit::mechanical(-2, 1, -2);
-            return Some((Quantity::Force(node), Shape::Vector, unit));
+            return Some((Quantity::Force(node), Shape::Vector, Unit::force_density()));
         }
         if self.energy == Some(name.text.as_str()) {
             let node = self.at_node(written, place)?;

@@ -355,6 +355,9 @@ impl Elaborator<'_> {
             Builtin::Dev | Builtin::Transpose => self
                 .tensor(name, args[0])
                 .map(|()| (self.shape(args[0]), self.unit(args[0]))),
+            Builtin::Diag => self
+                .diagonal(name, args[0])
+                .map(|shape| (shape, self.unit(args[0]))),
             Builtin::Inverse => self
                 .tensor(name, args[0])
                 .map(|()| (self.shape(args[0]), self.unit(args[0]).inverse())),
@@ -375,6 +378,13 @@ impl Elaborator<'_> {
 
     fn unit_product(&self, args: &[ExprId]) -> Unit {
         self.unit(args[0]).times(&self.unit(args[1]))
+    }
+
+    fn diagonal(&mut self, name: &ast::Name, arg: ExprId) -> Option<Shape> {
+        match self.shape(arg) {
+            Shape::Vector => Some(Shape::Symmetric),
+            _ => self.tensor(name, arg).map(|()| Shape::Vector),
+        }
     }
 
     fn outer_shape(&self, args: &[ExprId]) -> Shape {

@@ -207,7 +207,9 @@ pub(super) fn spec(s: &Spec) -> Result<(), SetupError> {
         .chain(&s.energy)
         .copied()
         .collect::<Vec<u32>>();
-    named.extend(s.rates.iter().flat_map(|r| [r.0, r.1]));
+    named.extend(s.rates.iter().flat_map(|r| [r.field, r.rate]));
+    named.extend(s.rates.iter().filter_map(|r| r.damping));
+    named.extend(&s.after_step);
     named.extend(s.named.iter().flat_map(|n| n.1.clone()));
     named.extend(s.fields.iter().flat_map(|f| f.slots.clone()));
     named.extend(
@@ -236,7 +238,7 @@ pub(super) fn spec(s: &Spec) -> Result<(), SetupError> {
             slot.name, s.dim
         ));
     }
-    for list in [&s.force, &s.tangent] {
+    for list in [&s.force, &s.tangent, &s.after_step] {
         if !(list.is_empty() || list.len() == s.dim) {
             return fail(format!(
                 "a vector needs {} slots, not {}",

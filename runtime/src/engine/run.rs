@@ -269,6 +269,18 @@ impl Engine {
         }
     }
 
+    /// What the law puts in the place of the velocity. Padding is left alone.
+    pub(super) fn replace_velocities(&self, s: &mut State) {
+        for (v, &slot) in s.v.iter_mut().zip(&self.spec.after_step) {
+            if let Home::Array(a) = self.homes[slot as usize] {
+                let new = self.arrays[a].iter().zip(&self.layout.volume);
+                for (v, (new, volume)) in v.iter_mut().zip(new) {
+                    *v = if *volume > 0.0 { *new } else { *v };
+                }
+            }
+        }
+    }
+
     /// Lengths that the traversals rely on, without looking at the masks.
     pub(super) fn fits_quickly(&self, s: &State) -> bool {
         let len = self.layout.len;

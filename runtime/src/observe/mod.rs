@@ -15,6 +15,7 @@ mod row;
 mod summary;
 mod vtu;
 pub use files::Files;
+pub(crate) use quantity::split;
 pub use quantity::{Values, quantity};
 pub use row::{FieldRow, Row};
 pub use summary::{Summary, Timings, left_out};

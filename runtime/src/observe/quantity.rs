@@ -27,7 +27,7 @@ const BUILT_IN: [(&str, &str); 7] = [
 
 /// Refuses names that mean nothing here, with those that do.
 pub fn check(sim: &Simulation, name: &str) -> Result<(), InputError> {
-    let (base, component) = split(name);
+    let (base, axes) = split(name);
     let known = known(sim);
     let Some(count) = known.iter().find(|(n, _)| n == base).map(|(_, c)| *c) else {
         let names: Vec<&str> = known.iter().map(|(n, _)| n.as_str()).collect();
@@ -36,10 +36,11 @@ pub fn check(sim: &Simulation, name: &str) -> Result<(), InputError> {
             format!("choose from {}", names.join(", ")),
         ));
     };
-    match component {
-        Some(c) if c >= count => Err(InputError::new(
+    let dim = sim.body.flavour.dim();
+    match axes {
+        Some(axes) if component(axes, count, dim).is_none() => Err(InputError::new(
             format!("`{base}` has {count} component(s), so there is no `{name}`"),
-            "components are .x, .y, .z up to the dimension of the body",
+            "components are .x, .y, .z up to the dimension of the body, of tensors .xx, .xy and so on",
         )),
         _ => Ok(()),
     }
@@ -50,9 +51,10 @@ pub fn check(sim: &Simulation, name: &str) -> Result<(), InputError> {
 /// Errors: a name that [`check`] refuses.
 pub fn quantity(sim: &mut Simulation, name: &str) -> Result<Values, InputError> {
     check(sim, name)?;
-    let (base, component) = split(name);
+    let (base, axes) = split(name);
     let mut components = all(sim, base);
-    if let Some(c) = component {
+    let (count, dim) = (components.len(), sim.body.flavour.dim());
+    if let Some(c) = axes.and_then(|axes| component(axes, count, dim)) {
         components = components.into_iter().skip(c).take(1).collect();
     }
     let field = sim.spec.fields.iter().find(|f| f.name == base);
@@ -86,13 +88,30 @@ impl Values {
     }
 }
 
-/// `velocity.z` is component 2 of `velocity`.
-fn split(name: &str) -> (&str, Option<usize>) {
+/// `velocity.z` is the component `z` of `velocity`.
+pub(crate) fn split(name: &str) -> (&str, Option<&str>) {
+    let axis = |letter: char| "xyz".contains(letter);
     match name.rsplit_once('.') {
-        Some((base, "x")) => (base, Some(0)),
-        Some((base, "y")) => (base, Some(1)),
-        Some((base, "z")) => (base, Some(2)),
+        Some((base, axes)) if matches!(axes.len(), 1 | 2) && axes.chars().all(axis) => {
+            (base, Some(axes))
+        }
         _ => (name, None),
+    }
+}
+
+/// The position of a component among as many: of a vector, of a tensor row by row, or of the upper half of a
+/// symmetric one.
+fn component(axes: &str, count: usize, dim: usize) -> Option<usize> {
+    let place: Vec<usize> = axes.chars().filter_map(|a| "xyz".find(a)).collect();
+    let inside = place.iter().all(|a| *a < dim);
+    match *place.as_slice() {
+        [a] if inside && a < count && count <= dim => Some(a),
+        [r, c] if inside && count == dim * dim => Some(r * dim + c),
+        [r, c] if inside && count == dim * (dim + 1) / 2 => {
+            let (r, c) = (r.min(c), r.max(c));
+            Some(r * dim - r * (r + 1) / 2 + c)
+        }
+        _ => None,
     }
 }
 
@@ -159,5 +178,22 @@ fn all(sim: &mut Simulation, base: &str) -> Vec<Vec<f64>> {
                 .collect(),
             None => sim.engine.named(base).unwrap_or_default(),
         },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::component;
+
+    #[test]
+    fn components_by_their_letters() {
+        assert_eq!(component("z", 3, 3), Some(2));
+        assert_eq!(component("z", 2, 2), None);
+        assert_eq!(component("yx", 4, 2), Some(2));
+        assert_eq!(component("yx", 3, 2), Some(1));
+        assert_eq!(component("zy", 6, 3), Some(4));
+        assert_eq!(component("zz", 6, 3), Some(5));
+        assert_eq!(component("x", 4, 2), None);
+        assert_eq!(component("x", 1, 1), Some(0));
     }
 }

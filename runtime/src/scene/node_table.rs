@@ -47,8 +47,9 @@ pub fn text(simulation: &mut Simulation) -> String {
     for (name, _, slot) in &fields {
         columns.push((name.clone(), &state.slots[*slot]));
     }
-    for (slot, rate) in engine.rates() {
-        let name = fields.iter().find(|f| f.2 == slot);
+    let rates: Vec<(usize, Vec<f64>)> = engine.rates().map(|r| (r.slot, r.whole(state))).collect();
+    for (slot, rate) in &rates {
+        let name = fields.iter().find(|f| f.2 == *slot);
         columns.push((
             name.map_or_else(String::new, |n| format!("{}_rate", n.0)),
             rate,

@@ -5,7 +5,7 @@ use super::problem::Problem;
 use super::section::{Placed, Section, listed, nearest};
 use super::shape;
 use crate::language::dimension::TIME;
-use crate::observe::{Outputs, Picture, Schedule, View};
+use crate::observe::{Outputs, Picture, Schedule, View, split};
 use crate::simulate::End;
 use crate::spec::{FieldSpec, Spec};
 
@@ -121,7 +121,7 @@ fn usual_quantities(spec: &Spec) -> Vec<String> {
         (true, true) => vec!["damage"],
         (true, false) => vec![],
     };
-    let changes = |f: &&FieldSpec| spec.rates.iter().any(|r| f.slots.contains(&r.0));
+    let changes = |f: &&FieldSpec| spec.rates.iter().any(|r| f.slots.contains(&r.field));
     names.extend(spec.fields.iter().filter(changes).map(|f| f.name.as_str()));
     names.into_iter().map(String::from).collect()
 }
@@ -142,16 +142,13 @@ fn quantities(section: &Section<'_>, spec: &Spec) -> Option<Vec<String>> {
     names.into_iter().collect()
 }
 
-/// The name of something that can be written; pictures may ask for a component, `velocity.z`.
+/// The name of something that can be written; pictures may ask for a component, `velocity.z` or `stress.xy`.
 fn quantity(section: &Section<'_>, value: &Value, spec: &Spec, part: bool) -> Option<String> {
     let Data::Text(name) = &value.data else {
         return section.reader.wrong_type(value, "a name in quotes");
     };
     let known = known(spec);
-    let whole = match name.split_once('.') {
-        Some((whole, "x" | "y" | "z")) if part => whole,
-        _ => name,
-    };
+    let whole = if part { split(name).0 } else { name };
     if known.contains(&whole) {
         return Some(name.clone());
     }

@@ -138,17 +138,17 @@ impl<'a> Reader<'a> {
         Some(vector)
     }
 
-    /// The items of a list that must have one item per dimension.
-    pub fn components<'v>(&self, value: &'v Value, dim: usize) -> Option<&'v [Value]> {
+    /// The items of a list that must have so many: one per dimension, or those of a tensor.
+    pub fn components<'v>(&self, value: &'v Value, count: usize) -> Option<&'v [Value]> {
         match &value.data {
-            Data::List(list) if list.len() == dim => Some(list),
+            Data::List(list) if list.len() == count => Some(list),
             Data::List(list) => {
-                let problem = Problem::new(format!("expected {dim} components, one per dimension"))
+                let problem = Problem::new(format!("expected {count} components"))
                     .at(value.span.clone(), format!("this has {}", list.len()));
                 self.complain(problem);
                 None
             }
-            _ => self.wrong_type(value, &format!("a list of {dim} components")),
+            _ => self.wrong_type(value, &format!("a list of {count} components")),
         }
     }
 

@@ -124,6 +124,7 @@ fn spring(dim: usize) -> Spec {
         tangent: Vec::new(),
         energy: None,
         rates: Vec::new(),
+        after_step: Vec::new(),
         breaks: true,
         pairwise: true,
         named: Vec::new(),

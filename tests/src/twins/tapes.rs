@@ -50,6 +50,7 @@ fn spec(law: &str, params: &[&str], names: &[(&str, Stage)], sweeps: Vec<SweepSp
         tangent: vec![],
         energy: None,
         rates: vec![],
+        after_step: vec![],
         breaks: true,
         pairwise: true,
         named: vec![],

@@ -1,6 +1,7 @@
 //! Laws written as data by hand, the way the compiler writes them.
 use crate::spec::{
-    FamilySpec, HistorySpec, Op, ParamSpec, SlotKind, SlotSpec, Spec, Stage, SweepSpec, Tape,
+    FamilySpec, HistorySpec, Op, ParamSpec, RateSpec, SlotKind, SlotSpec, Spec, Stage, Stepped,
+    SweepSpec, Tape,
 };
 
 pub fn param(name: &str) -> ParamSpec {
@@ -45,6 +46,7 @@ pub fn empty(law: &str, dim: usize) -> Spec {
         tangent: vec![],
         energy: None,
         rates: vec![],
+        after_step: vec![],
         breaks: false,
         pairwise: false,
         named: vec![],
@@ -311,9 +313,15 @@ pub fn heat(dim: usize) -> Spec {
     spec.fields = vec![crate::spec::FieldSpec {
         name: "T".into(),
         slots: vec![0],
+        components: vec![String::new()],
         exponents: [0; 7],
     }];
-    spec.rates = vec![(0, 1)];
+    spec.rates = vec![RateSpec {
+        field: 0,
+        rate: 1,
+        damping: None,
+        stepped: Stepped::Together,
+    }];
     let mut s = sweep("rate", Stage::Step);
     (s.family, s.own, s.nbr, s.out) = (1, vec![0], vec![0], vec![1]);
     (s.accumulators, s.post) = (1, accumulated(1));

@@ -130,7 +130,8 @@ fn fields_have_rates_over_named_families() {
                     s.slots[slot][e.slot(i)] = temperature(i);
                 }
                 assert_eq!(e.forces(&mut s, Breaking::Armed), 0);
-                let (field, rate) = e.rates().next().unwrap();
+                let rate = e.rates().next().unwrap();
+                let (field, rate) = (rate.slot, rate.drive);
                 assert_eq!(field, slot);
                 let found: Vec<f64> = e.slots().iter().map(|&s| rate[s as usize]).collect();
                 assert!(difference(&[found], std::slice::from_ref(&truth)) < 1e-14);
