@@ -1,0 +1,123 @@
+//! Forces of the linear elastic correspondence solid against the same formulas written down plainly: loops over a
+//! bond list, small matrices, nothing derived from an energy.
+//!
+//! For each node the shape tensor `Ks = sum(C xi xi V)`, the deformation gradient `F = sum(C (xi + eta) xi V) Ks^-1`,
+//! the strain `sym F - I`, the stress `lambda tr(eps) I + 2 G eps` (lambda and G of the solid, in plane strain too) and
+//! the force state `T<xi> = C sigma Ks^-1 xi`; on the node acts `sum((T<xi> - T'<-xi>) V')`.
+
+use pdlang_runtime::body::{Body, Flavour};
+use pdlang_tests::agreement::Question;
+use pdlang_tests::naive::{self, Bond};
+use pdlang_tests::{bodies, laws};
+
+type Matrix = [[f64; 3]; 3];
+
+const UNIT: Matrix = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+fn matrix(entry: impl Fn(usize, usize) -> f64) -> Matrix {
+    std::array::from_fn(|r| std::array::from_fn(|c| entry(r, c)))
+}
+
+fn product(a: &Matrix, b: &Matrix) -> Matrix {
+    matrix(|r, c| (0..3).map(|k| a[r][k] * b[k][c]).sum())
+}
+
+fn applied(a: &Matrix, v: [f64; 3]) -> [f64; 3] {
+    a.map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2])
+}
+
+/// Cramer's rule.
+fn inverse(a: &Matrix) -> Matrix {
+    let minor = |r: usize, c: usize| {
+        let (p, q, s, t) = ((r + 1) % 3, (r + 2) % 3, (c + 1) % 3, (c + 2) % 3);
+        a[p][s] * a[q][t] - a[p][t] * a[q][s]
+    };
+    let det: f64 = (0..3).map(|c| a[0][c] * minor(0, c)).sum();
+    matrix(|r, c| minor(c, r) / det)
+}
+
+/// Force densities [N/m^3]; directions that the body does not have are the identity of its tensors.
+fn forces(
+    body: &Body,
+    bonds: &[Bond],
+    u: &[[f64; 3]],
+    weight: &dyn Fn(f64) -> f64,
+    (e, nu): (f64, f64),
+) -> Vec<[f64; 3]> {
+    let (lambda, g) = (e * nu / (1.0 + nu) / (1.0 - 2.0 * nu), e / 2.0 / (1.0 + nu));
+    let (nodes, dim) = (body.x.len(), body.flavour.dim());
+    let apart = matrix(|r, c| if r == c && r >= dim { 1.0 } else { 0.0 });
+    let (mut shape, mut moved) = (vec![apart; nodes], vec![apart; nodes]);
+    for b in bonds {
+        let w = weight(b.x) * b.weight;
+        let y: [f64; 3] = std::array::from_fn(|a| b.xi[a] + u[b.j][a] - u[b.i][a]);
+        for r in 0..3 {
+            for c in 0..3 {
+                shape[b.i][r][c] += w * b.xi[r] * b.xi[c];
+                moved[b.i][r][c] += w * y[r] * b.xi[c];
+            }
+        }
+    }
+    // sigma Ks^-1 of every node.
+    let state: Vec<Matrix> = shape
+        .iter()
+        .zip(&moved)
+        .map(|(shape, moved)| {
+            let inverse = inverse(shape);
+            let f = product(moved, &inverse);
+            let strain = matrix(|r, c| 0.5 * (f[r][c] + f[c][r]) - UNIT[r][c]);
+            let trace: f64 = (0..3).map(|k| strain[k][k]).sum();
+            let stress = matrix(|r, c| lambda * trace * UNIT[r][c] + 2.0 * g * strain[r][c]);
+            product(&stress, &inverse)
+        })
+        .collect();
+    let mut force = vec![[0.0; 3]; nodes];
+    for b in bonds {
+        let w = weight(b.x) * b.weight;
+        let (here, there) = (applied(&state[b.i], b.xi), applied(&state[b.j], b.xi));
+        for a in 0..dim {
+            force[b.i][a] += w * (here[a] + there[a]);
+        }
+    }
+    force
+}
+
+#[test]
+fn forces_are_those_of_the_formulas() {
+    let law = laws::law("correspondence");
+    let mut worst = 0.0_f64;
+    for flavour in [Flavour::PlaneStrain, Flavour::Solid] {
+        for seed in 0..4 {
+            for influence in ["constant", "gaussian(l = 1 mm)"] {
+                // A jittered body under a displacement that is not uniform.
+                let mut question = Question::at_rest(&law, bodies::cloud(flavour, seed));
+                question.path = vec![bodies::deformation(&question.body, 1e-2, seed + 5)];
+                question.influences = vec![laws::influence(influence)];
+                let body = &question.body;
+                let bonds = naive::bonds(&body.x, |j| body.volume[j], question.horizon, None);
+                let weight = |r: f64| match influence {
+                    "constant" => 1.0,
+                    _ => (-(r / 1e-3).powi(2)).exp(),
+                };
+                let value = |name: &str| {
+                    let k = law.params.iter().position(|p| p.name == name);
+                    question.params[k.expect("a parameter")]
+                };
+                let moduli = (value("E"), value("nu"));
+                let expected = forces(body, &bonds, &question.path[0], &weight, moduli);
+                let size = expected.as_flattened().iter();
+                let size = size.fold(0.0_f64, |m, f| m.max(f.abs()));
+                assert!(size > 0.0);
+                question.everywhere(|what, engine| {
+                    let found = question.ask(engine).force;
+                    for (f, e) in found.as_flattened().iter().zip(expected.as_flattened()) {
+                        let miss = (f - e).abs() / size;
+                        worst = worst.max(miss);
+                        assert!(miss <= 1e-12, "{what}: {f:e} instead of {e:e}");
+                    }
+                });
+            }
+        }
+    }
+    println!("largest difference {worst:.1e} of the largest force");
+}
