@@ -568,7 +568,12 @@ impl<'a> Lowering<'a> {
         }
         let mut out = Collector::default();
         for (m, c) in &body.0 {
-            let (node, bond) = self.algebra.split_homes(m);
+            let (mut node, mut bond) = self.algebra.split_homes(m);
+            if reading == Reading::Whole {
+                // Inside of a sum a constant is that of the bond, and stays there.
+                let (constants, others) = self.algebra.split_constants(&node);
+                (node, bond) = (others, bond.mul(&constants));
+            }
             let sum = self
                 .algebra
                 .intern(Atom::Sum(r, family, Poly(vec![(bond, Ratio::ONE)])));

@@ -423,37 +423,54 @@ impl Algebra {
         self.mul(&weight, body)
     }
 
-    /// The same with constants that multiply nothing but a sum inside of it, where they are those of the bond. The
-    /// force of such an energy is the same from both ends, so its energy must be too.
+    /// The same with constants inside of a sum where no other sum stands beside it: there they are those of the bond.
+    /// The force of such an energy takes them so, and its energy must too.
     pub fn constants_on_bonds(&mut self, p: &Poly) -> Poly {
-        let mut bodies: BTreeMap<(Reduction, FamilyId), Poly> = BTreeMap::new();
-        let mut rest = Collector::default();
+        let mut bodies: BTreeMap<(Monomial, Reduction, FamilyId), Poly> = BTreeMap::new();
+        let mut total = Poly::zero();
         for (m, k) in &p.0 {
-            let sum = m.0.iter().find_map(|(a, n)| match (self.atom(*a), n) {
-                (Atom::Sum(r, f, body), 1) if !r.is_extreme() => Some((*a, (*r, *f), body.clone())),
-                _ => None,
-            });
-            let alone = sum.map(|(a, key, body)| (m.without(a), key, body));
-            match alone {
-                Some((constants, key, body))
-                    if constants
-                        .0
-                        .iter()
-                        .all(|(a, _)| self.nature(*a).home == Home::Constant) =>
-                {
-                    let part = self.mul(&Poly(vec![(constants, *k)]), &body);
-                    let whole = self.add(&bodies.remove(&key).unwrap_or_default(), &part);
+            let term = Poly(vec![(m.clone(), *k)]);
+            let summed: Vec<(AtomId, i32)> =
+                m.0.iter()
+                    .copied()
+                    .filter(|(a, _)| self.nature(*a).sums)
+                    .collect();
+            let [(sum, 1)] = summed[..] else {
+                total = self.add(&total, &term);
+                continue;
+            };
+            let beside = m.without(sum);
+            let (constants, others) = self.split_constants(&beside);
+            let part = Poly(vec![(constants, *k)]);
+            match self.atom(sum).clone() {
+                Atom::Named(_, inner) => {
+                    let inner = self.mul(&part, &inner);
+                    let inner = self.constants_on_bonds(&inner);
+                    let inner = self.mul(&Poly(vec![(others, Ratio::ONE)]), &inner);
+                    total = self.add(&total, &inner);
+                }
+                Atom::Sum(r, f, body) if !r.is_extreme() => {
+                    let body = self.mul(&part, &body);
+                    let key = (others, r, f);
+                    let whole = self.add(&bodies.remove(&key).unwrap_or_default(), &body);
                     bodies.insert(key, whole);
                 }
-                _ => rest.term(m.clone(), *k),
+                _ => total = self.add(&total, &term),
             }
         }
-        let mut total = rest.finish(self);
-        for ((reduction, family), body) in bodies {
+        for ((others, reduction, family), body) in bodies {
             let sum = self.poly(Atom::Sum(reduction, family, body));
-            total = self.add(&total, &sum);
+            let term = self.mul(&Poly(vec![(others, Ratio::ONE)]), &sum);
+            total = self.add(&total, &term);
         }
         total
+    }
+
+    /// The constants of a monomial, and its other factors.
+    pub fn split_constants(&self, m: &Monomial) -> (Monomial, Monomial) {
+        let constant = |(a, _): &(AtomId, i32)| self.nature(*a).home == Home::Constant;
+        let (constants, others) = m.0.iter().copied().partition(constant);
+        (Monomial(constants), Monomial(others))
     }
 
     pub fn scale(&mut self, a: &Poly, k: Ratio) -> Poly {

@@ -152,11 +152,16 @@ impl SweepWriter<'_> {
                 self.bond.effect(Op::MaxTo(k, r));
                 continue;
             }
-            for (geo, terms) in by_geometry(self.algebra.plan(&body)) {
-                let inner = self.inner(&terms);
-                let weight = self.geometry_value(geo.as_ref());
-                self.bond.effect(Op::AddTo(k, weight, inner));
-            }
+            let groups = by_geometry(self.algebra.plan(&body));
+            // One addition per bond, so that blocks of bonds add in the order of the bonds.
+            let (a, b) = match groups.first_key_value() {
+                Some((geo, terms)) if groups.len() == 1 => {
+                    let inner = self.inner(terms);
+                    (self.geometry_value(geo.as_ref()), inner)
+                }
+                _ => (self.bond_value(&body), self.bond.lit(1.0)),
+            };
+            self.bond.effect(Op::AddTo(k, a, b));
         }
     }
 

@@ -75,8 +75,9 @@ pub struct Simulation {
     pub engine: Engine,
     pub state: State,
     pub density: Density,
-    /// The smallest of all materials [m].
+    /// The smallest and the largest horizon of all materials [m].
     pub horizon: f64,
+    pub reach: f64,
     pub indenters: Vec<Indenter>,
     /// [s]; 0 when the forces are evaluated only once.
     pub dt: f64,
@@ -157,7 +158,8 @@ impl Simulation {
         check(&setup)?;
         let spec = setup.law.spec.clone();
         let scene = fingerprint(&setup, &spec)?;
-        let (no_fail, horizon) = (no_fail(&setup)?, setup.settings.least_horizon());
+        let no_fail = no_fail(&setup)?;
+        let (horizon, reach) = (setup.settings.least_horizon(), setup.settings.reach());
         let mut engine = Engine::new(&setup.body, setup.law, setup.settings)
             .map_err(|e| InputError::new(e.to_string(), ""))?;
         if !setup.no_fail.is_empty() {
@@ -189,6 +191,7 @@ impl Simulation {
             state,
             density,
             horizon,
+            reach,
             indenters: setup.indenters,
             dt: 0.0,
             stable: None,
@@ -354,7 +357,7 @@ impl Simulation {
     pub(crate) fn measure(&mut self, safety: f64) -> StableStep {
         let began = Instant::now();
         // Inside a sphere a node deeper than the horizon has left its family: contact has failed before.
-        let bound = |i: &Indenter| i.stiffness_bound(self.horizon, self.density.least());
+        let bound = |i: &Indenter| i.stiffness_bound(self.reach, self.density.least());
         let contact = self.indenters.iter().map(bound).sum();
         let stable = stable_step(
             &mut self.engine,
@@ -510,7 +513,9 @@ fn fingerprint(setup: &Setup, spec: &Spec) -> Result<u64, InputError> {
         s.partial_volume,
         s.lattice_constants,
     ));
-    f.debug(&(setup.body.flavour, setup.body.periodic, &setup.density));
+    let body = &setup.body;
+    f.debug(&(body.flavour, body.periodic, &setup.density));
+    f.debug(&(body.cross, body.spacing, &body.material));
     setup
         .body
         .x

@@ -2,6 +2,7 @@
 //! random bodies, strains, influence functions and broken bonds, for every law and flavour.
 
 use pdlang::ir::Law;
+use pdlang_models::registry;
 use pdlang_runtime::body::{Body, Flavour};
 use pdlang_tests::agreement::{Answer, Difference, Question, Scale};
 use pdlang_tests::{bodies, laws};
@@ -175,5 +176,35 @@ fn lamina() {
 fn rounding_grows_as_the_strain_falls_and_no_faster() {
     for strain in [1e-1, 1e-3, 1e-5] {
         agree("gpmb", strain);
+    }
+}
+
+/// Machine code and tapes differ in speed only: on one traversal and instruction set every answer has the same bits.
+#[test]
+fn compiled_and_interpreted_give_the_same_bits() {
+    for name in registry::names() {
+        let law = laws::law(name);
+        for flavour in laws::flavours(&law) {
+            for body in [bodies::carved(flavour, 2), bodies::cloud(flavour, 2)] {
+                let question = Question::deformed(&law, body, 1e-2, 2);
+                let mut compiled: Vec<Answer> = Vec::new();
+                let mut interpreted: Vec<Answer> = Vec::new();
+                question.everywhere(|what, engine| {
+                    let list = match what.contains(" compiled ") {
+                        true => &mut compiled,
+                        false => &mut interpreted,
+                    };
+                    list.push(question.ask(engine));
+                });
+                assert_eq!(compiled.len(), interpreted.len(), "{question}");
+                for (c, i) in compiled.iter().zip(&interpreted) {
+                    assert_eq!(c.force, i.force, "{question}: force");
+                    assert_eq!(c.energy, i.energy, "{question}: energy");
+                    assert_eq!(c.rates, i.rates, "{question}: rates");
+                    assert_eq!(c.tangent, i.tangent, "{question}: tangent");
+                    assert_eq!(c.breaks, i.breaks, "{question}: breaks");
+                }
+            }
+        }
     }
 }

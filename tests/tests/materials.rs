@@ -102,10 +102,27 @@ fn equal_materials_are_one_material() {
     }
 }
 
+/// Energies whose constants stand before a sum: beside a node value, and inside of a named one.
+const CONSTANTS: [&str; 2] = [
+    "field d : number  \"damage\"
+     energy W = (1 - d)^2*c/4*sum(x*s^2)",
+    "node w = c/4*sum(x*s^2) + 3*c/4*sum(x^3*s^2)/delta^2
+     energy W = w",
+];
+
 #[test]
 fn forces_are_derivatives_of_the_energy_and_keep_momentum() {
-    for name in LAWS {
-        let law = laws::law(name);
+    let bare = |energy: &&str| {
+        laws::parse(&format!(
+            "model bare \"Bond-based\" cite \"This test, eq. 1\" {{
+               param K : pressure > 0  \"bulk modulus\"
+               let c = 2*dim^2*K_bb(K)/ball(x)
+               {energy}
+             }}"
+        ))
+    };
+    let catalogue = LAWS.iter().map(|name| laws::law(name));
+    for law in catalogue.chain(CONSTANTS.iter().map(bare)) {
         for flavour in Flavour::ALL {
             let question = Question::deformed(&law, bodies::cloud(flavour, 3), 1e-2, 7);
             let body = mixed(&question.body);

@@ -82,16 +82,23 @@ fn estimate(spec: &Spec, programs: &[Program], body: &Body, s: &Settings, lattic
     let reverse = programs.iter().any(|p| p.reads_reverse) as u8 as f64;
     let families = spec.families.len() as f64;
     let per_node = 8.0 * (spec.slots.len() + 6 * spec.dim + 6) as f64;
-    let family = neighbours(body, s.reach());
     let (slots, bonds, per_bond) = match &body.grid {
         Some(grid) if lattice => {
             let plan = plan_lattice(body, grid, s.reach());
+            let family = neighbours(body, s.reach());
             (plan.len as f64, (plan.chunks * CHUNK) as f64 * family, 0.5)
         }
         _ => {
             let n = body.x.len() as f64;
             let geometry: usize = programs.iter().map(|p| p.geometry.outs.len()).sum();
-            (n, n * family, 4.5 + 8.0 * geometry as f64)
+            let of = |m: usize| body.material.iter().filter(|o| **o as usize == m).count() as f64;
+            let bonds = match s.horizon[..] {
+                [horizon] => n * neighbours(body, horizon),
+                _ => (s.horizon.iter().enumerate())
+                    .map(|(m, horizon)| of(m) * neighbours(body, *horizon))
+                    .sum(),
+            };
+            (n, bonds, 4.5 + 8.0 * geometry as f64)
         }
     };
     slots * per_node + bonds * families * (per_bond + 24.0 * histories + 4.0 * reverse)

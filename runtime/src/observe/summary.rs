@@ -17,7 +17,7 @@ pub struct Summary {
     pub bonds: u64,
     /// [m]
     pub spacing: f64,
-    /// [m]
+    /// The smallest of all materials [m].
     pub horizon: f64,
     pub traversal: String,
     pub instruction_set: String,

@@ -135,7 +135,8 @@ fn part(
         None if section.value("density").is_none() => density,
         None => Some(self::density(&section)?),
     };
-    let horizon = match section.value("horizon").is_some() {
+    let named = law.spec.params.iter().any(|p| p.name == "horizon");
+    let horizon = match section.value("horizon").is_some() && !named {
         true => Some(family::horizon(&section, spacing)?),
         false => None,
     };
