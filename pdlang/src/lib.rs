@@ -9,6 +9,7 @@ pub mod derive;
 pub mod diag;
 pub mod direct;
 pub mod emit;
+pub mod ends;
 pub mod files;
 pub mod fmt;
 pub mod front;

@@ -12,6 +12,7 @@ pub(crate) mod components; // PD008: components that a value does not have
 pub(crate) mod cycles; // PD005: definitions that need themselves
 pub(crate) mod descriptions; // PD032: a parameter without a description
 pub(crate) mod duplicates; // PD003: a name for two things
+pub(crate) mod ends; // PD042: a pair force that is not the same from both ends
 pub(crate) mod exponents; // PD014: a power whose unit is unknown
 pub(crate) mod families; // PD025: a family that is not part of the reference horizon
 pub(crate) mod flavours; // PD010: a case that is not about the five flavours

@@ -74,7 +74,7 @@ mod tests {
 
     #[test]
     fn what_does_not_move_may_be_read_at_the_other_end() {
-        accept("node m = sum(omega*x) pair f = (m' + m)/m*K*s'/(delta*ball(1))");
+        accept("node m = sum(omega*x) state f = (m' + m)/m*K*s'/(delta*ball(1))");
         let items = "param K : pressure \"K\" node m = sum(x) node t = sum(s) energy W = K*sum((m'/m + 1)*s' + t*0/ball(1))/ball(1)";
         assert_eq!(found(&bare(items)), [] as [(&str, String); 0]);
     }

@@ -71,6 +71,7 @@ pub(crate) fn law(model: &Model, library: &Library, report: &mut Vec<Diagnostic>
     if sound(&findings) {
         let staggered = check::half::unstaggered(&law);
         findings.extend(staggered);
+        findings.extend(check::ends::unlike(model, &law));
     }
     if sound(&findings) {
         law.probes = probes(model, &law, library, &mut findings);

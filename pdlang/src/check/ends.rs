@@ -1,0 +1,83 @@
+//! PD042: a pair force that is not the same from both ends.
+
+use crate::ast::{Item, Model};
+use crate::diag::Diagnostic;
+use crate::ends;
+use crate::ir::{Law, Response};
+
+const CODE: &str = "PD042";
+
+/// The pair forces of a law, which is right otherwise, that tell the ends of a bond apart.
+pub(crate) fn unlike(model: &Model, law: &Law) -> Vec<Diagnostic> {
+    let written = model.items.iter().filter_map(|item| match item {
+        Item::Response(response) => Some(response.expr.span),
+        _ => None,
+    });
+    let one = |(response, span)| {
+        match response {
+        &Response::Pair(_, force) if !ends::alike(law, force) => Some(
+            Diagnostic::error(CODE, "the pair force is not the same from both ends")
+                .at(span, "seen from the other end this has another value")
+                .help("use both ends alike, as in `(C + C')/2`; a force that belongs to one end is a `state`"),
+        ),
+        _ => None,
+    }
+    };
+    law.responses.iter().zip(written).filter_map(one).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::check::tests::{accept, refuse};
+
+    const NODE: &str = "field C : number \"C\" node theta = mean(s) let c = K/(delta*ball(1)) ";
+
+    #[test]
+    fn node_values_are_used_from_both_ends_alike() {
+        for force in [
+            "c*(s - C)",
+            "c*theta",
+            "c*(s - C')",
+            "c*(C - C')",
+            "c*min(C, s)",
+            "c*C*theta'",
+            "c*select(C > C', C, s)",
+            "c*xi.x/x",
+            "c*s*velocity.x/(1 m/(1 s))",
+            "c*s*X.x/delta",
+        ] {
+            refuse(&format!("{NODE} pair f = {force}"), "PD042", force);
+        }
+    }
+
+    #[test]
+    fn what_both_ends_agree_on_passes() {
+        for force in [
+            "c*(s - (C + C')/2)",
+            "c*theta*theta'",
+            "c*abs(C - C')",
+            "c*min(C, C')",
+            "c*select(C > C', C, C')*s",
+            "c*sqrt(C*C' + (C^1.5 + C'^1.5))",
+            "c*s*abs(xi.x)/x",
+            "c*s*(xi.x/x)^2",
+            "c*cos(Y.x/y)",
+            "c*(theta' - theta)*xi.x/x",
+            "c*s*omega/ball(omega)*delta^3*ball(1)/ball(1)/delta^3*ball(1)",
+            "c*s*dt/(1 s)",
+            "c*s*exp(-(C + C')*x/delta)",
+        ] {
+            accept(&format!("{NODE} pair f = {force}"));
+        }
+    }
+
+    #[test]
+    fn histories_of_bonds_are_the_same_from_both_ends() {
+        accept(&format!(
+            "{NODE} history worst : number = 0 on bond \"worst\" history d : vector length = 0 on bond \"d\"
+             update worst = max(worst, s) update d = eta pair f = c*(s - worst/2 + dot(d, M)/delta)"
+        ));
+        let node = "history heat : number = 0 on node \"heat\" update heat = heat + 1";
+        refuse(&format!("{NODE} {node} pair f = c*heat"), "PD042", "c*heat");
+    }
+}
