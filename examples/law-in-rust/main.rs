@@ -102,6 +102,7 @@ fn settings(law: &Law, params: Vec<f64>) -> Settings {
         partial_volume: false,
         // Constants from the sum over the lattice instead of the integral: then the speed is exact.
         lattice_constants: true,
+        without: vec![],
         traversal: Traversal::Auto,
         isa: None,
     }

@@ -21,6 +21,7 @@ fn evaluate(scene: &Scene) -> Option<Vec<(String, f64)>> {
         influences: influences(&law, scene)?,
         horizon: scene.family.horizon,
         ball: ball(scene),
+        without: material.without.clone(),
     };
     let body = oracle::Body::default();
     let oracle = Oracle::new(&law, &body, &settings).ok()?;

@@ -23,7 +23,9 @@ pub mod laws {
         "laws/correspondence_stabilised.pd",
         "laws/correspondence_svk.pd",
         "laws/absorbing.pd",
-        "laws/lamina.pd"
+        "laws/lamina.pd",
+        "laws/laminate.pd",
+        "laws/solid.pd"
     );
 }
 
@@ -65,6 +67,8 @@ pub const CATALOGUE: &[Entry] = catalogue![
     correspondence_svk,
     absorbing,
     lamina,
+    laminate,
+    solid,
 ];
 
 /// The law of this name.

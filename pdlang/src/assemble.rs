@@ -6,13 +6,13 @@ use crate::constants::Constants;
 use crate::damping;
 use crate::derive::{ForceState, force_state, tangent};
 use crate::direct;
-use crate::ir::{FamilyId, Home, Law, Reduction, Response, Shape};
+use crate::ir::{FamilyId, History, Home, Law, Reduction, Response, Shape};
 use crate::lower::{Lowering, Reading, component_name, stored_components, stored_names};
 use crate::poly::{Algebra, Atom, AtomId, Func, Poly, StateKind};
 use crate::schedule::{Responses, Schedule};
 use crate::spec::{
     FamilySpec, FieldSpec, HistorySpec, InfluenceFn, InfluenceSpec, Number, ParamSpec, RateSpec,
-    SlotKind, Spec,
+    SlotKind, Spec, WeightSpec,
 };
 use crate::sweep;
 use crate::tape::Builder;
@@ -32,11 +32,15 @@ struct Answers {
 pub fn spec(law: &Law, dim: usize) -> Result<Spec, TooLarge> {
     let mut algebra = Algebra::default();
     let mut lowering = Lowering::new(law, dim, &mut algebra);
-    let answers = answers(&mut lowering);
+    let weights = weights(&mut lowering);
+    let mut answers = answers(&mut lowering);
+    answers.responses.weights = weights;
     let (field_slots, history_slots) =
         (lowering.field_slots.clone(), lowering.history_slots.clone());
     let filters = filters(&mut lowering);
-    let mut schedule = Schedule::new(dim, state_names(law, dim));
+    let components = |h: &History| stored_components(h.shape, dim) as u32;
+    let remembered = law.histories.iter().map(components).sum();
+    let mut schedule = Schedule::new(dim, state_names(law, dim), remembered);
     schedule.build(&mut algebra, &answers.responses);
     name_slots(&mut schedule, &answers.responses);
     let mut constants = Constants::default();
@@ -98,6 +102,14 @@ pub fn spec(law: &Law, dim: usize) -> Result<Spec, TooLarge> {
                 )
             })
             .collect(),
+        weights: schedule
+            .weights()
+            .map(|(weight, family)| WeightSpec {
+                name: law.weights[weight as usize].name.clone(),
+                doc: law.weights[weight as usize].doc.clone(),
+                family: family.0,
+            })
+            .collect(),
         slots: schedule.slots,
     })
 }
@@ -116,6 +128,20 @@ fn rates(r: &Responses, algebra: &Algebra, schedule: &Schedule) -> Vec<RateSpec>
         stepped: rate.stepped,
     };
     r.rates.iter().map(rate).collect()
+}
+
+/// The weights; those that are the same from both ends of a bond are known as such from then on.
+fn weights(lowering: &mut Lowering) -> Vec<Poly> {
+    let law = lowering.law;
+    let mut found = Vec::new();
+    for (k, weight) in law.weights.iter().enumerate() {
+        let value = lowering.value(weight.expr, Reading::Whole).remove(0);
+        if lowering.algebra.prime(&value) == value {
+            lowering.algebra.symmetric.insert(k as u32);
+        }
+        found.push(value);
+    }
+    found
 }
 
 fn answers(lowering: &mut Lowering) -> Answers {
@@ -453,7 +479,7 @@ pub fn param(p: &crate::ir::Param) -> ParamSpec {
         doc: p.doc.clone(),
         unit: unit_text(&p.unit),
         exponents: p.unit.base,
-        meet: p.meet,
+        meet: p.meet.clone(),
         lower: bound(p.lower),
         upper: bound(p.upper),
         default: p.default.map(|v| {

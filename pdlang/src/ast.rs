@@ -72,6 +72,7 @@ pub enum Item {
     History(History),
     Update(Update),
     Family(Family),
+    Weight(Weight),
     Break(Break),
     AfterStep(AfterStep),
     Probe(Probe),
@@ -89,8 +90,8 @@ pub struct Param {
     pub kind: Kind,
     pub bounds: Vec<Bound>,
     pub default: Option<Quantity>,
-    /// How values of two materials meet on a bond.
-    pub meet: Option<Name>,
+    /// How values of two materials meet on a bond: a word, or an expression in both.
+    pub meet: Option<Expr>,
     pub doc: Option<Text>,
 }
 
@@ -151,6 +152,14 @@ pub struct Family {
     pub name: Name,
     pub base: Name,
     pub filter: Expr,
+}
+
+/// `weight G = .. "surface correction"`
+#[derive(Clone, Debug, PartialEq)]
+pub struct Weight {
+    pub name: Name,
+    pub expr: Expr,
+    pub doc: Option<Text>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -284,6 +293,8 @@ pub enum ExprKind {
     Not(Box<Expr>),
     Binary(BinaryOp, Box<Expr>, Box<Expr>),
     Compare(CompareOp, Box<Expr>, Box<Expr>),
+    /// `(a, b, c)`
+    Vector(Vec<Expr>),
     Component(Box<Expr>, Name),
     Prime(Box<Expr>),
     Case(Vec<(Name, Expr)>),

@@ -15,6 +15,7 @@
 //! times its partial-volume factor), the sum of the two ends in the equation of motion.
 
 use crate::span::Span;
+use crate::tape::Tape;
 use crate::units::Unit;
 
 macro_rules! id {
@@ -41,7 +42,9 @@ id!(
     /// A bond or node history.
     HistoryId,
     /// A family; 0 is the ball of radius delta.
-    FamilyId
+    FamilyId,
+    /// A weight.
+    WeightId
 );
 
 /// A checked law.
@@ -61,6 +64,7 @@ pub struct Law {
     pub families: Vec<Family>,
     pub fields: Vec<Field>,
     pub histories: Vec<History>,
+    pub weights: Vec<Weight>,
     pub defs: Vec<Def>,
     pub responses: Vec<Response>,
     pub breaks: Vec<Break>,
@@ -118,6 +122,16 @@ pub struct Family {
     pub filter: Option<ExprId>,
 }
 
+/// A correction factor of bonds, computed once from the reference body; 1 where the scene says so. A weight refers
+/// only to weights before it.
+#[derive(Clone, Debug)]
+pub struct Weight {
+    pub name: String,
+    pub doc: String,
+    pub expr: ExprId,
+    pub span: Span,
+}
+
 /// An evolving node quantity other than the displacement.
 #[derive(Clone, Debug)]
 pub struct Field {
@@ -169,13 +183,15 @@ pub enum Response {
 }
 
 /// How the values of a parameter at the two ends of a bond between materials become one.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, serde::Serialize)]
+#[derive(Clone, PartialEq, Debug, Default, serde::Serialize)]
 pub enum Meet {
     #[default]
     Arithmetic,
     Harmonic,
     Min,
     Max,
+    /// As it is written, and as a tape in which `Var(0)` and `Var(1)` are the values of the two ends.
+    Formula(String, Tape),
 }
 
 impl Meet {
@@ -282,6 +298,8 @@ pub enum ExprKind {
     Field(FieldId),
     /// Committed history: of this node, or of this directed bond.
     History(HistoryId),
+    /// A weight of this directed bond (bond, number).
+    Weight(WeightId),
     /// The law's influence function at the reference length of this bond (bond home).
     Influence(InfluenceId),
     /// Reference bond vector X' - X (bond, vector, length).
@@ -301,6 +319,8 @@ pub enum ExprKind {
     Binary(BinaryOp, ExprId, ExprId),
     Compare(CompareOp, ExprId, ExprId),
     Call(Builtin, Vec<ExprId>),
+    /// A vector by its components, of which the scene's dimension has the first; those not given are zero.
+    Vector(Vec<ExprId>),
     /// Component of a vector (one index) or of a tensor (two); zero-based.
     Component(ExprId, Vec<u8>),
     /// Bond -> node, weighted with the neighbour's volume.

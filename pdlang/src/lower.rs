@@ -138,6 +138,7 @@ impl<'a> Lowering<'a> {
             ExprKind::Def(d) => self.definition(d.index(), reading),
             ExprKind::Field(f) => self.slots(self.field_slots[f.index()], expr.shape, n),
             ExprKind::History(h) => self.history(h.index(), expr.shape, n),
+            ExprKind::Weight(w) => vec![self.algebra.poly(Atom::Factor(w.0))],
             ExprKind::Influence(k) => vec![self.algebra.poly(Atom::Omega(k.0))],
             ExprKind::Xi => self.axes(Atom::Xi),
             ExprKind::Eta => self.axes(Atom::Eta),
@@ -152,6 +153,7 @@ impl<'a> Lowering<'a> {
             ExprKind::Binary(op, a, b) => self.binary(*op, *a, *b, reading),
             ExprKind::Compare(op, a, b) => self.compare(*op, *a, *b, reading),
             ExprKind::Call(f, args) => self.call(*f, args, reading),
+            ExprKind::Vector(parts) => self.vector(parts, reading),
             ExprKind::Component(a, axes) => self.component(*a, axes, reading),
             ExprKind::Reduce(r, family, body) => {
                 let body = self.value(*body, reading);
@@ -238,11 +240,10 @@ impl<'a> Lowering<'a> {
             .map(|(k, p)| {
                 let keep = match (def.home, reading) {
                     (Home::Constant, _) => p.0.len() > 1,
+                    // An inverse shape tensor, an extension under a given gradient: nothing to derive in it,
+                    // and long or inexact when multiplied out.
+                    _ if self.algebra.nature_of(&p).rate < Rate::Step => p.0.len() > 1,
                     (_, Reading::Whole) => p.0.len() > 1 && !def.span.prelude,
-                    // An inverse shape tensor, say: nothing to derive in it, and long when multiplied out.
-                    (Home::Node, _) if self.algebra.nature_of(&p).rate < Rate::Step => {
-                        p.0.len() > 1
-                    }
                     (_, Reading::Split) => p.0.len() > LONG,
                 };
                 let name = format!("{}{}", def.name, component_name(def.shape, self.dim, k));
@@ -257,23 +258,42 @@ impl<'a> Lowering<'a> {
         value
     }
 
+    /// Component by component, of the arms for flavours of this dimension.
     fn case(&mut self, arms: &[ExprId; 5], reading: Reading) -> Value {
-        let mut polys = Vec::new();
-        for (flavour, arm) in Flavour::ALL.iter().zip(arms) {
-            let here = flavour.dim() == self.dim;
-            polys.push(if here {
-                Some(self.value(*arm, reading).remove(0))
-            } else {
-                None
-            });
+        let mut values = Vec::new();
+        for (k, flavour) in Flavour::ALL.iter().enumerate() {
+            if flavour.dim() == self.dim {
+                values.push((k, self.value(arms[k], reading)));
+            }
         }
-        let mut present = polys.iter().flatten();
-        let first = present.next().cloned().unwrap_or_default();
-        if present.all(|p| *p == first) {
-            return vec![first];
+        let n = values.first().map_or(0, |(_, v)| v.len());
+        (0..n).map(|c| self.alternatives(&values, c)).collect()
+    }
+
+    /// One polynomial where all arms agree; one for each flavour, which are constants; or a sum of the arms, each
+    /// times 1 in its flavour and 0 in the others.
+    fn alternatives(&mut self, values: &[(usize, Value)], c: usize) -> Poly {
+        let first = &values[0].1[c];
+        if values.iter().all(|(_, v)| v[c] == *first) {
+            return first.clone();
         }
-        let arms = polys.into_iter().map(Option::unwrap_or_default).collect();
-        vec![self.algebra.poly(Atom::Case(arms))]
+        let mut constants = vec![Poly::zero(); Flavour::ALL.len()];
+        let constant = |p: &Poly| self.algebra.nature_of(p).home == Home::Constant;
+        if values.iter().all(|(_, v)| constant(&v[c])) {
+            for (k, v) in values {
+                constants[*k] = v[c].clone();
+            }
+            return self.algebra.poly(Atom::Case(constants));
+        }
+        let mut sum = Poly::zero();
+        for (k, v) in values {
+            let mut chosen = constants.clone();
+            chosen[*k] = Poly::int(1);
+            let chosen = self.algebra.poly(Atom::Case(chosen));
+            let term = self.algebra.mul(&chosen, &v[c]);
+            sum = self.algebra.add(&sum, &term);
+        }
+        sum
     }
 
     fn binary(&mut self, op: BinaryOp, a: ExprId, b: ExprId, reading: Reading) -> Value {
@@ -354,6 +374,15 @@ impl<'a> Lowering<'a> {
             CompareOp::Ge => (Func::Le, vec![b, a]),
         };
         vec![self.algebra.func(f, args)]
+    }
+
+    fn vector(&mut self, parts: &[ExprId], reading: Reading) -> Value {
+        let given = parts.iter().take(self.dim);
+        let mut v: Value = given
+            .map(|part| self.value(*part, reading).remove(0))
+            .collect();
+        v.resize(self.dim, Poly::zero());
+        v
     }
 
     fn component(&mut self, a: ExprId, axes: &[u8], reading: Reading) -> Value {

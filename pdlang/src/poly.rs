@@ -9,7 +9,7 @@
 //! The length of the deformed bond is written as x + e, with e the extension as an atom of its own, so that
 //! no difference of nearly equal lengths is ever formed; 1/|Y| is the atom `InverseY`.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use crate::ir::{FamilyId, Home, Reduction};
 use crate::ratio::Ratio;
@@ -61,6 +61,9 @@ pub enum Atom {
     /// |xi + eta| to any power; only kernels use it.
     Length,
     Omega(u32),
+    /// Correction factor of this bond, and of the reverse one.
+    Factor(u32),
+    FactorBack(u32),
     /// Neighbour's volume times partial-volume factor.
     Weight,
     /// Bond history of this bond, and of the reverse one.
@@ -153,6 +156,8 @@ pub struct Algebra {
     atoms: Vec<Atom>,
     natures: Vec<Nature>,
     ids: HashMap<Atom, AtomId>,
+    /// Correction factors that are the same seen from both ends.
+    pub symmetric: BTreeSet<u32>,
     /// Set when a coefficient or a product did not fit; the law is then rejected.
     pub overflow: bool,
 }
@@ -370,6 +375,7 @@ impl Algebra {
                 ..self.nature(*a)
             },
             Atom::Xi(_) | Atom::X | Atom::Omega(_) | Atom::Weight => bond(Rate::Reference),
+            Atom::Factor(_) | Atom::FactorBack(_) => bond(Rate::Reference),
             Atom::Eta(_) | Atom::Y(_) | Atom::Extension | Atom::InverseY => bond(Rate::Step),
             Atom::Slack | Atom::Length => bond(Rate::Step),
             Atom::History(_) | Atom::Reverse(_) => bond(Rate::Step),

@@ -35,6 +35,8 @@ pub struct Responses {
     pub bond_updates: Vec<(FamilyId, u32, Poly)>,
     /// (state slot, next value).
     pub node_updates: Vec<(u32, Poly)>,
+    /// Correction factors of bonds, each after those that it reads.
+    pub weights: Vec<Poly>,
 }
 
 /// A sum over bonds together with others of its time, or a pass over nodes (no family).
@@ -65,6 +67,11 @@ pub struct Schedule {
     quantities: BTreeMap<(Poly, Stage), Quantity>,
     sums: BTreeMap<(AtomId, Stage), Time>,
     state: BTreeMap<AtomId, u32>,
+    /// Values of the weights, and where and when each is there on the bonds of a family.
+    weights: Vec<Poly>,
+    weighed: BTreeMap<(u32, FamilyId), (u32, Time)>,
+    /// Scalar histories: a weight is numbered behind them.
+    histories: u32,
     dim: usize,
 }
 
@@ -74,8 +81,9 @@ fn class(stage: Stage) -> Stage {
 }
 
 impl Schedule {
-    /// `state_slots` are the names of field and node-history components.
-    pub fn new(dim: usize, state_slots: Vec<String>) -> Schedule {
+    /// `state_slots` are the names of field and node-history components, `histories` is the number of scalar
+    /// histories.
+    pub fn new(dim: usize, state_slots: Vec<String>, histories: u32) -> Schedule {
         let slots = state_slots
             .into_iter()
             .map(|name| SlotSpec {
@@ -91,12 +99,16 @@ impl Schedule {
             quantities: BTreeMap::new(),
             sums: BTreeMap::new(),
             state: BTreeMap::new(),
+            weights: Vec::new(),
+            weighed: BTreeMap::new(),
+            histories,
             dim,
         }
     }
 
     pub fn build(&mut self, algebra: &mut Algebra, r: &Responses) {
         let step = Stage::Step;
+        self.weights.clone_from(&r.weights);
         let half = |r: &&Rate| r.stepped == Stepped::Half;
         for rate in r.rates.iter().filter(half) {
             let time = self.store_rate(algebra, rate);
@@ -112,7 +124,7 @@ impl Schedule {
         let breaks: Vec<Time> = r
             .breaks
             .iter()
-            .map(|(_, p)| self.bond_time(algebra, p, step))
+            .map(|(family, p)| self.bond_time(algebra, p, *family, step))
             .collect();
         if let Some(p) = &r.energy {
             self.store(algebra, p, Stage::Energy);
@@ -126,7 +138,7 @@ impl Schedule {
         let updates = Stage::Update;
         let mut bond_updates = Vec::new();
         for (family, history, p) in &r.bond_updates {
-            let time = self.bond_time(algebra, p, updates);
+            let time = self.bond_time(algebra, p, *family, updates);
             bond_updates.push((next_level(time, updates), *family, *history, p));
         }
         for (_, p) in &r.node_updates {
@@ -135,8 +147,8 @@ impl Schedule {
         for p in &r.after_step {
             self.store(algebra, p, updates);
         }
-        for (_, p) in &r.late_breaks {
-            self.bond_time(algebra, p, updates);
+        for (family, p) in &r.late_breaks {
+            self.bond_time(algebra, p, *family, updates);
         }
         for (id, time) in self
             .sums
@@ -361,7 +373,7 @@ impl Schedule {
                 return *t;
             }
         }
-        let Atom::Sum(reduction, _, body) = algebra.atom(id).clone() else {
+        let Atom::Sum(reduction, family, body) = algebra.atom(id).clone() else {
             return (Stage::Reference, 0);
         };
         let stage = match algebra.nature(id).rate {
@@ -371,14 +383,21 @@ impl Schedule {
             poly::Rate::Tangent => Stage::Tangent,
         };
         let weighted = algebra.weighted(reduction, &body);
-        let ready = self.bond_time(algebra, &weighted, context);
+        let ready = self.bond_time(algebra, &weighted, family, context);
         let time = next_level(ready, stage.max(ready.0));
         self.sums.insert((id, self.class_of(time, context)), time);
         time
     }
 
-    /// Registers the node quantities that a bond polynomial reads, and says when they are all there.
-    fn bond_time(&mut self, algebra: &mut Algebra, p: &Poly, context: Stage) -> Time {
+    /// Registers the node quantities and weights that a bond polynomial reads on the bonds of a family, and says
+    /// when they are all there.
+    fn bond_time(
+        &mut self,
+        algebra: &mut Algebra,
+        p: &Poly,
+        family: FamilyId,
+        context: Stage,
+    ) -> Time {
         let mut time = (Stage::Reference, 0);
         for term in algebra.plan(p) {
             for q in [&term.own, &term.nbr].into_iter().flatten() {
@@ -386,6 +405,10 @@ impl Schedule {
             }
             for (id, _) in &term.step.0 {
                 let inner = match algebra.atom(*id).clone() {
+                    Atom::Factor(k) | Atom::FactorBack(k) => {
+                        time = time.max(self.weigh(algebra, k, family));
+                        continue;
+                    }
                     Atom::Named(_, p) => vec![p],
                     Atom::Func(_, args) => args,
                     state @ Atom::State(..) => {
@@ -404,11 +427,42 @@ impl Schedule {
                     _ => continue,
                 };
                 for p in &inner {
-                    time = time.max(self.bond_time(algebra, p, context));
+                    time = time.max(self.bond_time(algebra, p, family, context));
                 }
             }
         }
         time
+    }
+
+    /// Registers a weight on the bonds of a family, and says which sweep writes it.
+    fn weigh(&mut self, algebra: &mut Algebra, weight: u32, family: FamilyId) -> Time {
+        if let Some((_, time)) = self.weighed.get(&(weight, family)) {
+            return *time;
+        }
+        let value = self.weights[weight as usize].clone();
+        let ready = self.bond_time(algebra, &value, family, Stage::Reference);
+        let time = next_level(ready, Stage::Reference);
+        let number = self.histories + self.weighed.len() as u32;
+        self.weighed.insert((weight, family), (number, time));
+        let draft = self.drafts.entry((time, Some((family, Reduction::Sum0))));
+        draft.or_default().updates.push((number, value));
+        time
+    }
+
+    /// Number of a weight among the histories and weights of bonds, on the bonds of a family.
+    pub fn weight(&self, weight: u32, family: FamilyId) -> Option<u32> {
+        Some(self.weighed.get(&(weight, family))?.0)
+    }
+
+    /// Weight and family in the order of their numbers.
+    pub fn weights(&self) -> impl Iterator<Item = (u32, FamilyId)> {
+        let mut list: Vec<_> = self
+            .weighed
+            .iter()
+            .map(|(key, (n, _))| (*n, *key))
+            .collect();
+        list.sort();
+        list.into_iter().map(|(_, key)| key)
     }
 
     /// Slot of a state atom (field, history, velocity, position) or of an increment component.

@@ -16,6 +16,7 @@ pub struct Spec {
     pub families: Vec<FamilySpec>,
     pub fields: Vec<FieldSpec>,
     pub histories: Vec<HistorySpec>,
+    pub weights: Vec<WeightSpec>,
     pub slots: Vec<SlotSpec>,
     pub constants: Tape,
     pub sweeps: Vec<SweepSpec>,
@@ -96,6 +97,13 @@ pub struct HistorySpec {
     pub family: u32,
     pub initial: f64,
     pub slot: Option<(u32, u32)>,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct WeightSpec {
+    pub name: String,
+    pub doc: String,
+    pub family: u32,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize)]

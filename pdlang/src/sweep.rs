@@ -7,7 +7,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::constants::Constants;
-use crate::ir::{Home, Reduction};
+use crate::ir::{FamilyId, Home, Reduction};
 use crate::plan::Term;
 use crate::poly::{Algebra, Atom, AtomId, Func, Monomial, Poly};
 use crate::ratio::Ratio;
@@ -31,6 +31,7 @@ pub struct SweepWriter<'a> {
     schedule: &'a mut Schedule,
     constants: &'a mut Constants,
     stage: Stage,
+    family: FamilyId,
     own: Vec<u32>,
     nbr: Vec<u32>,
     history: Vec<u32>,
@@ -63,6 +64,7 @@ pub fn write(
         schedule,
         constants,
         stage,
+        family: over.map_or(FamilyId(0), |(family, _)| family),
         own: Vec::new(),
         nbr: Vec::new(),
         history: Vec::new(),
@@ -92,7 +94,7 @@ pub fn write(
     SweepSpec {
         name: name(w.schedule, &out, draft),
         stage,
-        family: over.map_or(0, |(f, _)| f.0),
+        family: w.family.0,
         reference: over.is_some_and(|(_, r)| r == Reduction::Sum0),
         kills: !draft.kills.is_empty(),
         own: w.own,
@@ -384,6 +386,14 @@ impl SweepWriter<'_> {
                 let (far, near) = (self.read_nbr(slot), self.read_own(slot));
                 self.bond.op(Op::Sub(far, near))
             }
+            Atom::Factor(w) => match self.weight(w) {
+                Some(k) => self.bond.op(Op::History(k)),
+                None => self.bond.lit(1.0),
+            },
+            Atom::FactorBack(w) => match self.weight(w) {
+                Some(k) => self.bond.op(Op::Reverse(k)),
+                None => self.bond.lit(1.0),
+            },
             Atom::History(h) => {
                 let k = position(&mut self.history, h);
                 self.bond.op(Op::History(k))
@@ -401,6 +411,12 @@ impl SweepWriter<'_> {
             // What is left is geometry, which the plan has taken out, or one of the kernel's own atoms.
             _ => self.bond_value(&Poly::atom(id)),
         }
+    }
+
+    /// Position of a weight in this sweep's list.
+    fn weight(&mut self, weight: u32) -> Option<u32> {
+        let number = self.schedule.weight(weight, self.family)?;
+        Some(position(&mut self.history, number))
     }
 
     fn primed(&mut self, a: AtomId) -> u32 {
@@ -439,9 +455,9 @@ impl SweepWriter<'_> {
     }
 
     fn epilogue_of(&mut self, q: &Poly) -> u32 {
-        // A stored named quantity is its own content here, not a slot.
-        match q.as_atom().map(|a| self.algebra.atom(a).clone()) {
-            Some(Atom::Named(_, inner)) => self.node_value(&inner, true),
+        // A stored quantity is its own content here, not a slot.
+        match q.as_atom() {
+            Some(id) if !self.accumulators.contains_key(&id) => self.formed(id, true),
             _ => self.node_value(q, true),
         }
     }
@@ -549,6 +565,11 @@ impl SweepWriter<'_> {
             let k = position(&mut self.own, slot);
             return self.hand_on(Op::Own(k), post);
         }
+        self.formed(id, post)
+    }
+
+    /// A node atom from what it is made of.
+    fn formed(&mut self, id: AtomId, post: bool) -> u32 {
         match self.algebra.atom(id).clone() {
             Atom::State(..) => {
                 let slot = self.schedule.state_slot(self.algebra, id);

@@ -45,6 +45,8 @@ pub struct Settings {
     pub partial_volume: bool,
     /// `ball()` is the sum over a full lattice family instead of the integral.
     pub lattice_constants: bool,
+    /// Names of the weights that are 1 instead of computed.
+    pub without: Vec<String>,
     pub traversal: Traversal,
     /// None: the best that the processor has.
     pub isa: Option<Isa>,
@@ -172,6 +174,8 @@ struct BondData {
     /// Initial value of each bond history, and the buffer that update sweeps write.
     initial: Vec<f64>,
     next: Vec<Vec<f64>>,
+    /// Correction factors, which no step changes.
+    weights: Vec<Vec<f64>>,
     reverse: Vec<u32>,
     /// Bonds that may break, one byte per row; empty: all.
     armed: Vec<u8>,

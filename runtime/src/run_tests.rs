@@ -50,6 +50,7 @@ pub(crate) fn block(cells: [f64; 3], flavour: Flavour, s0: f64) -> Setup {
             horizon: vec![1.5],
             partial_volume: false,
             lattice_constants: false,
+            without: vec![],
             traversal: Traversal::Auto,
             isa: None,
         },

@@ -512,6 +512,7 @@ fn fingerprint(setup: &Setup, spec: &Spec) -> Result<u64, InputError> {
         &s.horizon,
         s.partial_volume,
         s.lattice_constants,
+        &s.without,
     ));
     let body = &setup.body;
     f.debug(&(body.flavour, body.periodic, &setup.density));

@@ -4,6 +4,7 @@
 //! tape of constants, and the sweeps in the order in which they run. A tape is a list of operations in
 //! single-assignment form: operation number n defines register n.
 
+use crate::tape::{Function, TapeError};
 use serde::{Deserialize, Serialize};
 
 /// A law at one dimension (1, 2 or 3).
@@ -21,6 +22,8 @@ pub struct Spec {
     pub families: Vec<FamilySpec>,
     pub fields: Vec<FieldSpec>,
     pub histories: Vec<HistorySpec>,
+    /// Numbered behind the histories where a sweep lists what it reads and writes on bonds.
+    pub weights: Vec<WeightSpec>,
     /// Node values, one scalar each.
     pub slots: Vec<SlotSpec>,
     /// Outputs are the constants that sweeps read. Reads `Param`, `Delta`, `Case`, `Ball`.
@@ -61,7 +64,7 @@ pub struct ParamSpec {
 }
 
 /// How the values of a parameter at the two ends of a bond become one.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub enum Meet {
     /// (a + b)/2
     #[default]
@@ -70,19 +73,24 @@ pub enum Meet {
     Harmonic,
     Min,
     Max,
+    /// As the law writes it, and as a tape: `Var(0)` and `Var(1)` are the values of the two ends.
+    Formula(String, Tape),
 }
 
 impl Meet {
-    pub fn of(self, a: f64, b: f64) -> f64 {
-        match self {
+    /// # Errors
+    /// A formula whose tape is not one of two variables.
+    pub fn of(&self, a: f64, b: f64) -> Result<f64, TapeError> {
+        Ok(match self {
             _ if a == b => a,
+            Meet::Formula(_, tape) => Function::new(tape, 2)?.call(&[a, b]),
             Meet::Arithmetic => 0.5 * (a + b),
             Meet::Harmonic if a.is_infinite() => 2.0 * b,
             Meet::Harmonic if b.is_infinite() => 2.0 * a,
             Meet::Harmonic => 2.0 * a * b / (a + b),
             Meet::Min => a.min(b),
             Meet::Max => a.max(b),
-        }
+        })
     }
 }
 
@@ -156,6 +164,15 @@ pub struct HistorySpec {
     pub slot: Option<(u32, u32)>,
 }
 
+/// A correction factor on the bonds of a family: written once, by a sweep of the reference stage, or 1 where the
+/// scene says so. The same weight on another family is another entry.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct WeightSpec {
+    pub name: String,
+    pub doc: String,
+    pub family: u32,
+}
+
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SlotSpec {
     pub name: String,
@@ -208,7 +225,7 @@ pub struct SweepSpec {
     pub own: Vec<u32>,
     pub nbr: Vec<u32>,
     pub out: Vec<u32>,
-    /// Bond histories read or written.
+    /// Bond histories and weights read or written.
     pub history: Vec<u32>,
     /// Reads `Const`, `Xi`, `X`, `Omega`, `Weight`; its outputs are the `Geo` values of the bond tape.
     pub geometry: Tape,

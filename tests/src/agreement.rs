@@ -26,6 +26,8 @@ pub struct Question<'a> {
     pub horizon: f64,
     pub partial_volume: bool,
     pub lattice_constants: bool,
+    /// Weights that are 1 instead of computed.
+    pub without: Vec<String>,
     /// Displacements [m] one after another; histories are committed after each but the last.
     pub path: Vec<Vec<[f64; 3]>>,
     /// Velocities [m/s].
@@ -174,6 +176,7 @@ impl Question<'_> {
             horizon: 2.2 * body.spacing,
             partial_volume: false,
             lattice_constants: false,
+            without: Vec::new(),
             path: vec![vec![[0.0; 3]; nodes]],
             v: vec![[0.0; 3]; nodes],
             dt: 0.0,
@@ -273,6 +276,7 @@ impl Question<'_> {
             influences: self.influences.clone(),
             horizon: self.horizon,
             ball: self.ball(),
+            without: self.without.clone(),
         };
         let oracle = Oracle::new(self.law, &body, &settings).expect("the law fits the body");
         let mut state = self.oracle_state(&oracle, &body);
@@ -313,6 +317,7 @@ impl Question<'_> {
                 .collect(),
             horizon: self.horizon,
             ball: self.ball(),
+            without: self.without.clone(),
         };
         let mut runner = plain::Plain::new(&spec, &body, &settings);
         for (field, values) in spec.fields.iter().zip(&self.fields) {
@@ -368,6 +373,7 @@ impl Question<'_> {
             horizon: vec![self.horizon],
             partial_volume: self.partial_volume,
             lattice_constants: self.lattice_constants,
+            without: self.without.clone(),
             traversal,
             isa,
         };

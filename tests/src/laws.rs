@@ -76,6 +76,10 @@ fn usual(name: &str) -> Option<f64> {
         "E2" => Some(10e9),
         "G12" => Some(2.5e9),
         "nu12" => Some(0.3),
+        // Resin, and plies at the spacing of the bodies.
+        "Em" => Some(3e9),
+        "Gm" => Some(1.2e9),
+        "h" => Some(crate::bodies::DX),
         // Reached by some nodes of a body strained by a percent, and not by others.
         "tauy" => Some(5e7),
         "share" => Some(0.6),

@@ -14,6 +14,8 @@ pub struct Settings {
     pub influences: Vec<(InfluenceFn, Vec<f64>)>,
     pub horizon: f64,
     pub ball: Ball,
+    /// Weights that are 1 instead of computed.
+    pub without: Vec<String>,
 }
 
 /// A law on a body.
@@ -24,7 +26,7 @@ pub struct Plain<'a> {
     pub constants: Vec<f64>,
     /// Per slot and node.
     pub slots: Vec<Vec<f64>>,
-    /// Per bond history (their numbers in the spec) and bond.
+    /// Per bond history or weight (their numbers in the spec) and bond.
     pub histories: Vec<Vec<f64>>,
     next_histories: Vec<Vec<f64>>,
     /// Per family and bond.
@@ -141,6 +143,8 @@ impl<'a> Plain<'a> {
                 plain.slots[slot as usize] = vec![h.initial; nodes];
             }
         }
+        let ones = spec.weights.iter().map(|_| vec![1.0; bonds]);
+        plain.histories.extend(ones);
         plain.next_histories = plain.histories.clone();
         plain.constants = plain.tape(&spec.constants, &plain.reader(0)).0;
         plain.filter();
@@ -238,8 +242,21 @@ impl<'a> Plain<'a> {
                     self.next_histories[history][bond] = value;
                 }
             }
+            if stage == Stage::Reference {
+                self.weigh(sweep);
+            }
             for bond in killed {
                 self.intact[sweep.family as usize][bond] = false;
+            }
+        }
+    }
+
+    /// A weight that was written is there for the next sweep.
+    fn weigh(&mut self, sweep: &SweepSpec) {
+        for h in sweep.history.iter().map(|h| *h as usize) {
+            let weight = &self.spec.weights[h - self.spec.histories.len()];
+            if !self.settings.without.contains(&weight.name) {
+                self.histories[h] = self.next_histories[h].clone();
             }
         }
     }

@@ -173,6 +173,21 @@ fn lamina() {
 }
 
 #[test]
+fn laminate() {
+    agree("laminate", 1e-2);
+}
+
+#[test]
+fn solid() {
+    agree("solid", 1e-2);
+}
+
+#[test]
+fn corrected() {
+    agree("corrected", 1e-2);
+}
+
+#[test]
 fn rounding_grows_as_the_strain_falls_and_no_faster() {
     for strain in [1e-1, 1e-3, 1e-5] {
         agree("gpmb", strain);

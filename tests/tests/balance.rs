@@ -6,7 +6,7 @@ use pdlang_tests::agreement::{Question, gather, per_node, spread};
 use pdlang_tests::{bodies, laws};
 
 /// Laws whose force states act along their bonds, and so balance angular momentum at any deformation.
-const ALONG_BONDS: [&str; 10] = [
+const ALONG_BONDS: [&str; 13] = [
     "pmb",
     "gpmb",
     "lps",
@@ -16,6 +16,9 @@ const ALONG_BONDS: [&str; 10] = [
     "lps_plastic",
     "lps_viscoelastic",
     "lamina",
+    "laminate",
+    "solid",
+    "corrected",
     "bond_memory",
 ];
 

@@ -125,21 +125,3 @@ fn formulas(law: &Law) -> Vec<String> {
         .chain([format!("{:?} {:?}", law.responses, law.name)])
         .collect()
 }
-
-/// A law is a page of maths: the promised lengths of the two best known ones, without their probes.
-#[test]
-fn catalogue_laws_are_short() {
-    for (name, lines) in [("pmb", 12), ("lps", 20)] {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-            .join("../models/laws")
-            .join(name)
-            .with_extension("pd");
-        let text = read(&path);
-        let code = text
-            .lines()
-            .map(str::trim)
-            .take_while(|line| !line.starts_with("probe "))
-            .filter(|line| !line.is_empty() && !line.starts_with('#'));
-        assert!(code.count() <= lines, "{name} is longer than {lines} lines");
-    }
-}

@@ -10,7 +10,7 @@ use pdlang_tests::naive::{self, Lps};
 use pdlang_tests::{block, bodies, laws};
 
 /// Laws that move, at finite strains.
-const CATALOGUE: [&str; 10] = [
+const CATALOGUE: [&str; 13] = [
     "pmb",
     "gpmb",
     "lps",
@@ -21,6 +21,9 @@ const CATALOGUE: [&str; 10] = [
     "lps_viscoelastic",
     "lamina",
     "correspondence_svk",
+    "laminate",
+    "solid",
+    "corrected",
 ];
 
 /// Laws of small strains: a turn by a finite angle strains them.
@@ -215,6 +218,39 @@ fn a_rotated_body_has_no_force() {
             }
         }
     }
+}
+
+/// What no sum is part of is an output as well.
+#[test]
+fn node_values_without_a_sum_are_outputs() {
+    let law = laws::parse(
+        "model plain \"Values of nodes\" cite \"The tests, eq. 1\" {
+          field T : temperature \"temperature\"
+          param K : pressure > 0 \"bulk modulus\"
+          node turned = cos(T/(1 K))
+          node both = turned*sum(s)/ball(1)
+          energy W = K*sum((1 + cos(T/(1 K)))*s^2)/ball(1)
+        }",
+    );
+    let question = Question::deformed(&law, bodies::carved(Flavour::Bar, 1), 1e-2, 3);
+    question.everywhere(|what, engine| {
+        let mut state = question.state(engine);
+        engine.forces(&mut state, Breaking::Held);
+        engine.energy(&state);
+        for name in ["turned", "both"] {
+            let expected = question.consult(|oracle, _, state| oracle.named(state, name));
+            let expected = expected.expect("the law defines this");
+            let found = &engine.named(name).expect("an output")[0];
+            for (value, expected) in found.iter().zip(&expected) {
+                let expected = expected.scalar().expect("a scalar");
+                let gap = (value - expected).abs();
+                assert!(
+                    gap <= 1e-12 * expected.abs(),
+                    "{what} {name}: {value} {expected}"
+                );
+            }
+        }
+    });
 }
 
 /// A stretched body does have a force: the tests above compare with something.

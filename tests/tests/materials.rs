@@ -34,6 +34,7 @@ fn graded(
         horizon: horizons.iter().map(|h| h * question.horizon).collect(),
         partial_volume: false,
         lattice_constants: false,
+        without: vec![],
         traversal: Traversal::Auto,
         isa: Some(Isa::Scalar),
     };
@@ -238,6 +239,8 @@ fn parameters_meet_as_the_law_says() {
         ("meets harmonic", 1.5),
         ("meets min", 1.0),
         ("meets max", 3.0),
+        ("meets 2*a*b/(a + b)", 1.5),
+        ("meets sqrt(a*b)", 3.0_f64.sqrt()),
     ] {
         let law =
             laws::parse(&text.replace("conductivity > 0 ", &format!("conductivity > 0 {words} ")));
@@ -268,7 +271,7 @@ fn parameters_meet_as_the_law_says() {
         );
         assert!((other[0] + 10.0 * other[1]).abs() < 1e-12 * other[0].abs());
     }
-    assert_eq!(Meet::Harmonic.of(f64::INFINITY, 3.0), 6.0);
+    assert_eq!(Meet::Harmonic.of(f64::INFINITY, 3.0), Ok(6.0));
 }
 
 #[test]
@@ -319,6 +322,7 @@ fn wrong_materials_are_refused() {
         horizon: vec![question.horizon],
         partial_volume: false,
         lattice_constants: false,
+        without: vec![],
         traversal: Traversal::Auto,
         isa: None,
     };

@@ -110,6 +110,7 @@ fn page_json(law: &ir::Law, entry: &Entry) -> Value {
         "cites": law.cites,
         "parameters": parameters(law).json(),
         "influences": influences(law).json(),
+        "weights": weights(law).json(),
         "response": response(law),
         "can_break": !law.breaks.is_empty(),
         "flavours": flavours(law),
@@ -138,6 +139,12 @@ fn page_text(law: &ir::Law, entry: &Entry) -> String {
         ("Influence", influences(law)),
     ] {
         text.push_str(&format!("\n{heading}\n{}", indented(&table.text())));
+    }
+    if !law.weights.is_empty() {
+        text.push_str(&format!(
+            "\nWeights, which a scene may set to 1\n{}",
+            indented(&weights(law).text())
+        ));
     }
     let constants = constants(law);
     if !constants.is_empty() {
@@ -195,6 +202,17 @@ fn influences(law: &ir::Law) -> Table {
             .as_ref()
             .map_or("required", |f| f.name.as_str());
         table.row(vec![influence.name.as_str().into(), default.into()]);
+    }
+    table
+}
+
+fn weights(law: &ir::Law) -> Table {
+    let mut table = Table::new(&["name", "description"]);
+    for weight in &law.weights {
+        table.row(vec![
+            weight.name.as_str().into(),
+            weight.doc.as_str().into(),
+        ]);
     }
     table
 }

@@ -4,6 +4,7 @@ use crate::ast::Name;
 use crate::check::shape_name;
 use crate::diag::Diagnostic;
 use crate::ir::{Expr, Shape};
+use crate::span::Span;
 
 const CODE: &str = "PD008";
 
@@ -23,6 +24,17 @@ pub(crate) fn indices(value: &Expr, axes: &Name) -> Result<Vec<u8>, Box<Diagnost
         Some(indices) if indices.len() == wanted => Ok(indices),
         _ => Err(Box::new(unknown(value, axes))),
     }
+}
+
+/// `(a, b, c)` where there are no vectors.
+pub(crate) fn outside_of_law(span: Span) -> Diagnostic {
+    Diagnostic::error(CODE, "vectors have a meaning in laws only").at(span, "a vector")
+}
+
+pub(crate) fn too_many(span: Span, found: usize) -> Diagnostic {
+    Diagnostic::error(CODE, format!("a vector of {found} components"))
+        .at(span, "there are no more than three dimensions")
+        .help("in fewer dimensions, the components that are too many are left out")
 }
 
 fn no_components(value: &Expr, axes: &Name) -> Diagnostic {

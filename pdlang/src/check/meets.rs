@@ -1,20 +1,40 @@
-//! PD035: an unknown way in which the values of two materials meet.
+//! PD035: no way in which the values of two materials can meet.
 
-use crate::ast::Name;
 use crate::check::suggest;
 use crate::diag::Diagnostic;
 use crate::ir::Meet;
+use crate::span::Span;
 
 const CODE: &str = "PD035";
 
-pub(crate) fn unknown(word: &Name) -> Diagnostic {
+pub(crate) fn unknown(word: &str, span: Span) -> Diagnostic {
     let words: Vec<&str> = Meet::WORDS.iter().map(|(word, _)| *word).collect();
-    let finding = Diagnostic::error(CODE, format!("values cannot meet by `{}`", word.text))
-        .at(word.span, "not a way to meet");
-    match suggest::nearest(&word.text, &words) {
+    let finding = Diagnostic::error(CODE, format!("values cannot meet by `{word}`"))
+        .at(span, "not a way to meet");
+    match suggest::nearest(word, &words) {
         Some(near) => finding.help(format!("did you mean `{near}`?")),
-        None => finding.help(format!("choose one of {}", words.join(", "))),
+        None => finding.help(format!(
+            "choose one of {}, or write an expression in `a` and `b`, the values of the two materials",
+            words.join(", ")
+        )),
     }
+}
+
+pub(crate) fn of_flavour(span: Span) -> Diagnostic {
+    Diagnostic::error(CODE, "how values meet cannot depend on the flavour")
+        .at(span, "this holds a `case flavour`")
+}
+
+pub(crate) fn not_symmetric(span: Span) -> Diagnostic {
+    Diagnostic::error(CODE, "a bond would have two values of this parameter")
+        .at(span, "another value when `a` and `b` change places")
+        .help("which end of a bond is `a` depends on the end from which it is seen")
+}
+
+pub(crate) fn no_mean(span: Span, of_ones: f64) -> Diagnostic {
+    Diagnostic::error(CODE, "values meet in a mean of them")
+        .at(span, format!("this makes {of_ones} of 1 and 1"))
+        .help("where both materials are the same, the value must be theirs")
 }
 
 #[cfg(test)]
@@ -26,5 +46,23 @@ mod tests {
         accept("param k : number > 0 = 3 meets harmonic \"k\" param l : length meets min \"l\"");
         refuse("param k : number meets harmonc \"k\"", "PD035", "harmonc");
         refuse("param k : number meets \"k\"", "PD001", "\"k\"");
+    }
+
+    #[test]
+    fn an_expression_is_a_mean() {
+        let with = |meet: &str| format!("param k : pressure > 0 meets {meet} \"k\"");
+        for meet in [
+            "2*a*b/(a + b)",
+            "sqrt(a*b)",
+            "select(a > b, b, a)",
+            "(a^3 + b^3)/(a^2 + b^2)",
+        ] {
+            accept(&with(meet));
+        }
+        refuse(&with("a"), "PD035", "a");
+        refuse(&with("2*a - b"), "PD035", "2*a - b");
+        refuse(&with("a + b"), "PD035", "a + b");
+        refuse(&with("a*b"), "PD034", "a*b");
+        refuse(&with("(a + c)/2"), "PD002", "c");
     }
 }

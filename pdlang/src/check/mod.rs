@@ -36,12 +36,14 @@ pub(crate) mod suggest;
 pub(crate) mod sums; // PD023: a sum of values that do not belong to its bonds
 pub(crate) mod syntax; // PD001: not a law at all
 pub(crate) mod titles; // PD030: a law without a title
+pub(crate) mod under; // PD026: `under` of what a gradient does not determine
 pub(crate) mod unit_mismatch; // PD012: units that differ where they must agree
 pub(crate) mod unit_of_response; // PD015: a response in the wrong unit
 pub(crate) mod units; // PD011: a unit or kind that does not exist
 pub(crate) mod unprobed; // PD103: a law without a probe
 pub(crate) mod unused; // PD102: a definition that nothing uses
 pub(crate) mod uses; // PD070: a file that cannot be used
+pub(crate) mod weights; // PD027: a weight that is not determined by the reference body
 
 #[cfg(test)]
 pub(crate) mod tests;

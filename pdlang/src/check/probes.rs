@@ -54,6 +54,10 @@ pub(crate) fn outside(name: &Name, value: Span) -> Diagnostic {
     error(format!("`{}` is outside of its bounds", name.text)).at(value, "the law forbids this")
 }
 
+pub(crate) fn not_one(weight: &Name, value: Span) -> Diagnostic {
+    error(format!("the weight `{}` is computed, or 1", weight.text)).at(value, "not 1")
+}
+
 pub(crate) fn not_positive(name: &Name, value: Span) -> Diagnostic {
     error(format!("`{}` must be positive", name.text)).at(value, "not a positive number")
 }

@@ -7,7 +7,7 @@ use crate::span::Span;
 const CODE: &str = "PD001";
 
 /// Words that start a definition, for "did you mean".
-const STARTS: [&str; 18] = [
+const STARTS: [&str; 19] = [
     "model",
     "influence",
     "fn",
@@ -24,6 +24,7 @@ const STARTS: [&str; 18] = [
     "history",
     "update",
     "family",
+    "weight",
     "break",
     "probe",
 ];

@@ -41,7 +41,7 @@ fn item(item: &Item) -> String {
                 + &param
                     .meet
                     .as_ref()
-                    .map(|m| format!(" meets {}", m.text))
+                    .map(|m| format!(" meets {}", expr(m)))
                     .unwrap_or_default(),
         ),
         Item::Definition(d) => {
@@ -91,6 +91,7 @@ fn item(item: &Item) -> String {
             f.base.text,
             expr(&f.filter)
         ),
+        Item::Weight(w) => format!("weight {} = {}{}", w.name.text, expr(&w.expr), doc(&w.doc)),
         Item::Break(b) => format!(
             "break{}{} when {}",
             family(&b.family),
@@ -292,6 +293,10 @@ fn expr(e: &Expr) -> String {
         ExprKind::Not(a) => format!("(not {})", expr(a)),
         ExprKind::Binary(op, a, b) => format!("({}{}{})", expr(a), binary(*op), expr(b)),
         ExprKind::Compare(op, a, b) => format!("({} {} {})", expr(a), compare(*op), expr(b)),
+        ExprKind::Vector(parts) => {
+            let parts: Vec<String> = parts.iter().map(expr).collect();
+            format!("({})", parts.join(", "))
+        }
         ExprKind::Component(a, axes) => format!("{}.{}", expr(a), axes.text),
         ExprKind::Prime(a) => format!("{}'", expr(a)),
         ExprKind::Case(arms) => {

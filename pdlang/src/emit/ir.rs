@@ -67,6 +67,13 @@ pub(super) fn law(law: &Law) -> String {
             expr(law, def.expr)
         ));
     }
+    for weight in &law.weights {
+        line(format!(
+            "weight {} = {}",
+            weight.name,
+            expr(law, weight.expr)
+        ));
+    }
     for response in &law.responses {
         let of = |f: &FamilyId| law.families[f.index()].name.clone();
         line(match response {
@@ -130,6 +137,7 @@ fn expr(law: &Law, id: ExprId) -> String {
         ExprKind::Field(f) => law.fields[f.index()].name.clone(),
         ExprKind::History(h) => law.histories[h.index()].name.clone(),
         ExprKind::Influence(i) => law.influences[i.index()].name.clone(),
+        ExprKind::Weight(w) => law.weights[w.index()].name.clone(),
         ExprKind::Xi => "xi".into(),
         ExprKind::Eta => "eta".into(),
         ExprKind::Velocity => "velocity".into(),
@@ -145,6 +153,10 @@ fn expr(law: &Law, id: ExprId) -> String {
                 format!("{builtin:?}").to_lowercase(),
                 args.join(", ")
             )
+        }
+        ExprKind::Vector(parts) => {
+            let parts: Vec<String> = parts.iter().map(e).collect();
+            format!("({})", parts.join(", "))
         }
         ExprKind::Component(a, axes) => {
             let axes: String = axes

@@ -89,6 +89,10 @@ impl Notation<'_> {
                 let (a, b) = (self.at_least(a, Tight::Sum), self.at_least(b, Tight::Sum));
                 (format!("{a} {sign} {b}"), Tight::Compare)
             }
+            ExprKind::Vector(parts) => {
+                let parts: Vec<String> = parts.iter().map(|part| self.expr(part)).collect();
+                (format!("\\left({}\\right)", parts.join(", ")), Tight::Atom)
+            }
             ExprKind::Component(a, axes) => (
                 format!("{{{}}}_{{{}}}", self.at_least(a, Tight::Atom), axes.text),
                 Tight::Atom,
@@ -198,6 +202,10 @@ impl Notation<'_> {
                     product(0)
                 ),
                 Tight::Product,
+            ),
+            "under" if all.len() == 2 => (
+                format!("\\left.{}\\right|_{{\\nabla\\mathbf{{u}} = {one}}}", all[1]),
+                Tight::Atom,
             ),
             "norm" => (format!("\\lVert {one} \\rVert"), Tight::Atom),
             "abs" => (format!("\\lvert {one} \\rvert"), Tight::Atom),

@@ -146,12 +146,17 @@ fn param(p: &Param, notation: &Notation) -> Vec<String> {
     } else {
         p.unit.symbol()
     };
-    let met = match Meet::WORDS.iter().find(|(_, meet)| *meet == p.meet) {
-        Some((word, meet)) if *meet != Meet::default() => {
-            format!("; between two materials: {word}")
-        }
-        _ => String::new(),
+    let met = match &p.meet {
+        meet if *meet == Meet::default() => None,
+        Meet::Formula(text, _) => Some(format!("`{text}`")),
+        meet => Meet::WORDS
+            .iter()
+            .find(|(_, known)| known == meet)
+            .map(|(word, _)| word.to_string()),
     };
+    let met = met.map_or(String::new(), |met| {
+        format!("; between two materials: {met}")
+    });
     vec![
         format!("${}$", notation.name(&p.name)),
         unit,
@@ -279,6 +284,11 @@ fn equation(item: &Item, notation: &Notation, source: &Source) -> Option<Part> {
             format!("The family `{}` consists of the bonds with", f.name.text),
             notation.expr(&f.filter),
         )),
+        Item::Weight(w) => {
+            let words = w.doc.as_ref().map_or("weight", |doc| doc.text.as_str());
+            let words = format!("{words}, computed once, unless the scene says 1:");
+            set(&capital(&words), notation.name(&w.name.text), &w.expr)
+        }
         Item::Break(b) => {
             let of = b
                 .family
@@ -367,6 +377,7 @@ fn expressions(item: &Item) -> Vec<&ast::Expr> {
         Item::Update(u) => vec![&u.expr],
         Item::AfterStep(a) => vec![&a.expr],
         Item::Family(f) => vec![&f.filter],
+        Item::Weight(w) => vec![&w.expr],
         Item::Break(b) => vec![&b.when],
         _ => Vec::new(),
     }

@@ -42,7 +42,7 @@ enum Bracket {
     Case,
 }
 
-const ITEMS: [&str; 15] = [
+const ITEMS: [&str; 16] = [
     "influence",
     "param",
     "let",
@@ -56,6 +56,7 @@ const ITEMS: [&str; 15] = [
     "history",
     "update",
     "family",
+    "weight",
     "break",
     "probe",
 ];

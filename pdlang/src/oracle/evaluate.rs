@@ -6,6 +6,7 @@ use super::number::Real;
 use super::value::{self, Value};
 use super::{Error, Oracle};
 use crate::ir::{BinaryOp, Builtin, ExprId, ExprKind, FamilyId, HistoryId, Home, Law, Reduction};
+use crate::resolve::walk::operands;
 use std::cell::RefCell;
 
 /// Where an expression is read.
@@ -76,6 +77,7 @@ impl<'o, 'a, T: Real> Evaluator<'o, 'a, T> {
             ExprKind::Field(f) => Ok(self.state.fields[f.index()][self.node(place)?].lift()),
             ExprKind::History(h) => self.history(*h, place),
             ExprKind::Influence(slot) => self.influence(slot.index(), place),
+            ExprKind::Weight(w) => number(self.oracle.weights[w.index()][self.bond(place)?]),
             ExprKind::Xi => self.xi(place),
             ExprKind::Eta => self.eta(place),
             ExprKind::Velocity => Ok(Value::Vector(self.state.v[self.node(place)?]).lift()),
@@ -91,6 +93,7 @@ impl<'o, 'a, T: Real> Evaluator<'o, 'a, T> {
                 Ok(Value::Boolean(compare(*op, a.value(), b.value())))
             }
             ExprKind::Call(builtin, args) => self.call(*builtin, args, place),
+            ExprKind::Vector(parts) => self.vector(parts, place),
             ExprKind::Component(a, index) => self.component(*a, index, place),
             ExprKind::Reduce(reduction, family, a) => {
                 let node = self.node(place)?;
@@ -307,6 +310,14 @@ impl<'o, 'a, T: Real> Evaluator<'o, 'a, T> {
         }
     }
 
+    fn vector(&self, parts: &[ExprId], place: Place) -> Result<Value<T>, Error> {
+        let mut v = value::zero_vector();
+        for (to, part) in v.iter_mut().zip(parts).take(self.oracle.dim()) {
+            *to = self.at(*part, place)?.scalar()?;
+        }
+        Ok(Value::Vector(v))
+    }
+
     /// A component beyond the dimension is zero: nothing moves or strains there.
     fn component(&self, a: ExprId, index: &[u8], place: Place) -> Result<Value<T>, Error> {
         match (self.at(a, place)?, index) {
@@ -341,18 +352,18 @@ fn empty<T: Real>(law: &Law, id: ExprId) -> Value<T> {
     }
 }
 
-/// Whether an expression holds a sum, given which definitions do.
-pub(super) fn contains_sum(law: &Law, id: ExprId, of_def: &[bool]) -> bool {
-    let any = |ids: &[ExprId]| ids.iter().any(|a| contains_sum(law, *a, of_def));
+/// Whether an expression holds what is asked for, given which definitions do.
+pub(super) fn contains(
+    law: &Law,
+    id: ExprId,
+    of_def: &[bool],
+    asked: fn(&ExprKind) -> bool,
+) -> bool {
+    let any = |ids: &[ExprId]| ids.iter().any(|a| contains(law, *a, of_def, asked));
     match &law.exprs[id.index()].kind {
-        ExprKind::Reduce(..) => true,
+        kind if asked(kind) => true,
         ExprKind::Def(def) => of_def[def.index()],
-        ExprKind::Neg(a) | ExprKind::Not(a) | ExprKind::Component(a, _) | ExprKind::Prime(a) => {
-            any(&[*a])
-        }
-        ExprKind::Binary(_, a, b) | ExprKind::Compare(_, a, b) => any(&[*a, *b]),
-        ExprKind::Call(_, args) => any(args),
-        ExprKind::Case(arms) => any(arms),
-        _ => false,
+        ExprKind::Weight(w) => any(&[law.weights[w.index()].expr]),
+        kind => any(&operands(kind)),
     }
 }

@@ -59,6 +59,8 @@ pub struct Settings {
     /// Horizon [m].
     pub horizon: f64,
     pub ball: Ball,
+    /// Names of the weights that are 1 instead of computed.
+    pub without: Vec<String>,
 }
 
 /// A field and its time derivative per node.
@@ -83,6 +85,8 @@ pub struct Oracle<'a> {
     sums: Vec<bool>,
     /// Whether a sum is read at the other end of a bond.
     second_ring: bool,
+    /// Per weight and bond.
+    weights: Vec<Vec<f64>>,
     /// Per node: the nodes whose energy its displacement can change.
     reaches: Vec<Vec<bool>>,
 }
@@ -108,12 +112,14 @@ impl<'a> Oracle<'a> {
             member: Vec::new(),
             omega: Vec::new(),
             balls: vec![None; law.exprs.len()],
-            sums: depends_on_sums(law),
+            sums: depends_on(law, |kind| matches!(kind, ExprKind::Reduce(..))),
             second_ring: false,
+            weights: Vec::new(),
             reaches: Vec::new(),
         };
+        let moves = depends_on(law, |kind| matches!(kind, ExprKind::Eta));
         oracle.second_ring = law.exprs.iter().any(|expr| match expr.kind {
-            ExprKind::Prime(a) => oracle.sums[a.index()],
+            ExprKind::Prime(a) => oracle.sums[a.index()] && moves[a.index()],
             _ => false,
         });
         oracle.reaches = oracle.reaches();
@@ -121,6 +127,7 @@ impl<'a> Oracle<'a> {
         oracle.member = vec![vec![true; body.bonds.len()]; law.families.len()];
         oracle.integrate_balls()?;
         oracle.filter_families()?;
+        oracle.weigh()?;
         Ok(oracle)
     }
 
@@ -232,6 +239,11 @@ impl<'a> Oracle<'a> {
         self.values(state, &self.law.defs[id.index()])
     }
 
+    /// A weight on a bond of the body.
+    pub(crate) fn weight(&self, id: ir::WeightId, bond: usize) -> Option<f64> {
+        self.weights[id.index()].get(bond).copied()
+    }
+
     /// The bond between two nodes, where there is one.
     pub(crate) fn bond(&self, from: usize, to: usize) -> Option<usize> {
         let bonds = &self.body.bonds;
@@ -310,6 +322,24 @@ impl<'a> Oracle<'a> {
         Ok(())
     }
 
+    /// Weights of the undamaged body, each after those that it reads.
+    fn weigh(&mut self) -> Result<(), Error> {
+        let state = self.state();
+        for weight in &self.law.weights {
+            let bonds = 0..self.body.bonds.len();
+            let values = match self.settings.without.contains(&weight.name) {
+                true => vec![1.0; bonds.len()],
+                false => {
+                    let evaluator = self.evaluator(&state)?;
+                    let value = |b| evaluator.at(weight.expr, Place::Bond(b))?.scalar();
+                    bonds.map(value).collect::<Result<_, _>>()?
+                }
+            };
+            self.weights.push(values);
+        }
+        Ok(())
+    }
+
     fn integrate_balls(&mut self) -> Result<(), Error> {
         let state = self.state();
         for (k, expr) in self.law.exprs.iter().enumerate() {
@@ -346,14 +376,14 @@ impl<'a> Oracle<'a> {
     }
 }
 
-/// Which expressions contain a sum, directly or through definitions.
-fn depends_on_sums(law: &ir::Law) -> Vec<bool> {
+/// Which expressions contain what is asked for, directly or through definitions.
+fn depends_on(law: &ir::Law, asked: fn(&ExprKind) -> bool) -> Vec<bool> {
     let mut of_def = vec![false; law.defs.len()];
     for (k, def) in law.defs.iter().enumerate() {
-        of_def[k] = evaluate::contains_sum(law, def.expr, &of_def);
+        of_def[k] = evaluate::contains(law, def.expr, &of_def, asked);
     }
     (0..law.exprs.len())
-        .map(|k| evaluate::contains_sum(law, ExprId(k as u32), &of_def))
+        .map(|k| evaluate::contains(law, ExprId(k as u32), &of_def, asked))
         .collect()
 }
 

@@ -39,6 +39,7 @@ impl Builder {
             }],
             fields: Vec::new(),
             histories: Vec::new(),
+            weights: Vec::new(),
             defs: Vec::new(),
             responses: Vec::new(),
             breaks: Vec::new(),
@@ -183,6 +184,7 @@ fn settings(flavour: Flavour, params: &[f64]) -> Settings {
         influences: vec![(inverse_distance(), Vec::new())],
         horizon: 1.7,
         ball: Ball::Integral { cross: 1.0 },
+        without: Vec::new(),
     }
 }
 

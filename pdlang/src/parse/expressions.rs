@@ -38,7 +38,7 @@ impl<'t> Reader<'t> {
                 },
                 1,
             )),
-            Rule::group => self.tree(Children::of(pair).skip_to(Rule::expression)?, depth + 1),
+            Rule::group => self.group(pair, depth),
             Rule::call => self.call(pair, depth),
             Rule::case => self.case(pair, depth),
             _ => Err(Failure::Unexpected),
@@ -167,6 +167,25 @@ impl<'t> Reader<'t> {
             expr = Expr { kind, span };
         }
         Ok((expr, height))
+    }
+
+    /// What stands in parentheses: an expression, or the components of a vector.
+    pub(super) fn group(&self, pair: Pair<'t, Rule>, depth: usize) -> Build<(Expr, usize)> {
+        let span = self.span(&pair);
+        let (mut components, mut height) = (Vec::new(), 0);
+        for part in Children::of(pair).filter(|part| part.as_rule() == Rule::expression) {
+            let (component, component_height) = self.tree(part, depth + 1)?;
+            height = height.max(component_height);
+            components.push(component);
+        }
+        match components.len() {
+            0 => Err(Failure::Unexpected),
+            1 => Ok((components.swap_remove(0), height)),
+            _ => {
+                let kind = ExprKind::Vector(components);
+                Ok((Expr { kind, span }, height + 1))
+            }
+        }
     }
 
     pub(super) fn number(&self, pair: Pair<'t, Rule>) -> Build<(Expr, usize)> {

@@ -18,6 +18,7 @@ impl<'t> Reader<'t> {
             Rule::history => ast::Item::History(self.history(item)?),
             Rule::update => ast::Item::Update(self.update(item)?),
             Rule::family => ast::Item::Family(self.family(item)?),
+            Rule::weight => ast::Item::Weight(self.weight(item)?),
             Rule::breaking => ast::Item::Break(self.breaking(item)?),
             Rule::after_step => ast::Item::AfterStep(self.after_step(item)?),
             Rule::probe => ast::Item::Probe(self.probe(item)?),
@@ -53,7 +54,7 @@ impl<'t> Reader<'t> {
                 Rule::bound => param.bounds.push(self.bound(part)?),
                 Rule::default => param.default = Some(self.default(part)?),
                 Rule::meet => {
-                    param.meet = Some(self.name(&Children::of(part).skip_to(Rule::ident)?));
+                    param.meet = Some(self.last_expression(Children::of(part))?);
                 }
                 Rule::string => param.doc = Some(self.string(&part)),
                 _ => {}
@@ -165,6 +166,14 @@ impl<'t> Reader<'t> {
             base,
             filter: self.last_expression(parts)?,
         })
+    }
+
+    pub(super) fn weight(&self, pair: Pair<'t, Rule>) -> Build<ast::Weight> {
+        let mut parts = Children::of(pair);
+        let name = self.name(&parts.skip_to(Rule::ident)?);
+        let expr = self.expression(parts.skip_to(Rule::expression)?)?;
+        let doc = parts.accept(Rule::string).map(|pair| self.string(&pair));
+        Ok(ast::Weight { name, expr, doc })
     }
 
     pub(super) fn breaking(&self, pair: Pair<'t, Rule>) -> Build<ast::Break> {

@@ -11,7 +11,7 @@ pub(crate) use body::bonded;
 
 use crate::check;
 use crate::diag::Diagnostic;
-use crate::ir::{DefId, FieldId, Flavour, InfluenceFn, Law};
+use crate::ir::{DefId, FieldId, Flavour, InfluenceFn, Law, WeightId};
 use crate::oracle::{Ball, Error, Oracle, Settings, State, Value};
 use crate::span::Span;
 use crate::units::Unit;
@@ -35,6 +35,8 @@ pub struct Probe {
     pub horizon: f64,
     /// Thickness in 2D, cross-section in 1D, 1 in 3D.
     pub cross: f64,
+    /// Names of the weights that are 1.
+    pub without: Vec<String>,
     pub place: Place,
     pub expectations: Vec<Expectation>,
     pub span: Span,
@@ -88,6 +90,7 @@ pub enum Quantity {
     Constant(DefId),
     AtNode(DefId, usize),
     OnBond(DefId, usize, usize),
+    Weight(WeightId, usize, usize),
 }
 
 /// How far a value may be off.
@@ -164,6 +167,7 @@ fn run_one(law: &Law, probe: &Probe) -> Vec<Outcome> {
         influences: probe.influences.clone(),
         horizon: probe.horizon,
         ball: Ball::Integral { cross: probe.cross },
+        without: probe.without.clone(),
     };
     let oracle = Oracle::new(law, &body, &settings);
     let ask = |expectation: &Expectation| {
@@ -203,6 +207,10 @@ fn ask(
         Quantity::OnBond(def, from, to) => {
             let bond = oracle.bond(from, to).ok_or_else(missing)?;
             at(named(def)?, bond)
+        }
+        Quantity::Weight(weight, from, to) => {
+            let bond = oracle.bond(from, to).ok_or_else(missing)?;
+            Ok((vec![oracle.weight(weight, bond).ok_or_else(missing)?], 0.0))
         }
         Quantity::Rate(field, k) => {
             let rates = oracle.rates(state)?;

@@ -34,6 +34,10 @@ impl Elaborator<'_> {
                 let values = self.exactly(1, name, values)?;
                 self.ball(values[0], span)
             }
+            "under" => {
+                let values = self.exactly(2, name, values)?;
+                self.under(values[0], values[1], span)
+            }
             "other" => self.exactly(1, name, values).and(None),
             _ => match names::BUILTINS
                 .iter()

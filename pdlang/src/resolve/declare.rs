@@ -4,7 +4,7 @@ use crate::ast::{self, Item, Name};
 use crate::check;
 use crate::ir::{self, ExprId, FamilyId, FieldId, HistoryId, Home, InfluenceId, ParamId, Shape};
 use crate::resolve::elaborate::{Elaborator, Symbol};
-use crate::resolve::{influence, params};
+use crate::resolve::{influence, meets, params};
 use crate::span::Span;
 use crate::units::{self, Unit};
 use std::collections::HashMap;
@@ -71,7 +71,11 @@ impl Elaborator<'_> {
             self.report
                 .push(check::descriptions::missing("param", &written.name));
         }
-        self.params.push(params::param(written, self.report)?);
+        let mut param = params::param(written, self.report)?;
+        if let Some(meet) = &written.meet {
+            param.meet = meets::meet(meet, &param.unit, self.library, self.report)?;
+        }
+        self.params.push(param);
         Some(Symbol::Param(ParamId(self.params.len() as u32 - 1)))
     }
 
@@ -154,6 +158,7 @@ pub(crate) fn declared(item: &Item) -> Option<&Name> {
         Item::Field(field) => Some(&field.name),
         Item::History(history) => Some(&history.name),
         Item::Family(family) => Some(&family.name),
+        Item::Weight(weight) => Some(&weight.name),
         Item::Response(_)
         | Item::Update(_)
         | Item::Break(_)
@@ -178,6 +183,7 @@ pub(crate) fn item_word(item: &Item) -> &'static str {
         Item::Field(_) => "field",
         Item::History(_) => "history",
         Item::Family(_) => "family",
+        Item::Weight(_) => "weight",
         Item::Response(_)
         | Item::Update(_)
         | Item::Break(_)

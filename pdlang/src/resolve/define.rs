@@ -2,9 +2,9 @@
 
 use crate::ast::{self, Name, ResponseKind};
 use crate::check;
-use crate::ir::{self, DefId, ExprId, ExprKind, FamilyId, Home, Response, Shape};
+use crate::ir::{self, DefId, ExprId, ExprKind, FamilyId, Home, Response, Shape, WeightId};
 use crate::resolve::elaborate::{Elaborator, Symbol};
-use crate::resolve::facts::BOND;
+use crate::resolve::facts::{BOND, REFERENCE};
 use crate::resolve::walk::operands;
 use crate::span::Span;
 use crate::units::{self, Unit};
@@ -308,6 +308,28 @@ impl Elaborator<'_> {
         self.lives_at("velocity", &written.name, Home::Node, expr)?;
         self.has_unit("the velocity", expr, &Unit::velocity())?;
         Some(expr)
+    }
+
+    /// A weight, as the next one of the law.
+    pub(crate) fn weigh(&mut self, written: &ast::Weight) -> Option<WeightId> {
+        if written.doc.is_none() {
+            self.report
+                .push(check::descriptions::missing("weight", &written.name));
+        }
+        let expr = self.elaborate(&written.expr)?;
+        self.scalar(expr, "a weight")?;
+        self.pure_number(expr, "a weight")?;
+        if let Some((place, why)) = self.beyond(expr, REFERENCE) {
+            return self.wrong(check::weights::changes(&written.name, place, why));
+        }
+        let doc = written.doc.as_ref().map(|doc| doc.text.clone());
+        self.weights.push(ir::Weight {
+            name: written.name.text.clone(),
+            doc: doc.unwrap_or_default(),
+            expr,
+            span: written.name.span,
+        });
+        Some(WeightId(self.weights.len() as u32 - 1))
     }
 
     pub(crate) fn filter(&mut self, written: &ast::Family) -> Option<()> {

@@ -9,11 +9,12 @@ use crate::check;
 use crate::diag::Diagnostic;
 use crate::ir::{
     self, DefId, ExprId, ExprKind, FamilyId, FieldId, Flavour, HistoryId, Home, InfluenceId,
-    ParamId, Shape,
+    ParamId, Shape, WeightId,
 };
 use crate::resolve::facts::Facts;
 use crate::resolve::library::Library;
 use crate::resolve::lookup::Scope;
+use crate::resolve::under::Copies;
 use crate::span::Span;
 use crate::units::{self, Unit};
 use std::collections::{HashMap, HashSet};
@@ -32,6 +33,7 @@ pub(crate) enum Symbol {
     Field(FieldId),
     History(HistoryId),
     Family(FamilyId),
+    Weight(WeightId),
     /// Its definition is wrong and reported, or not reached yet.
     Broken,
 }
@@ -58,9 +60,12 @@ pub(crate) struct Elaborator<'a> {
     pub fields: Vec<ir::Field>,
     /// Initial value, home, shape and unit; the update is filled in last.
     pub histories: Vec<ir::History>,
+    pub weights: Vec<ir::Weight>,
     pub defs: Vec<ir::Def>,
     pub exprs: Vec<ir::Expr>,
     facts: Vec<Facts>,
+    /// Copies of definitions for `under`.
+    pub(super) copies: Copies,
     pub(super) shared: HashMap<(String, bool), Option<DefId>>,
     pub(super) scopes: Vec<Scope>,
     /// Functions in which something was found.
@@ -93,9 +98,11 @@ impl<'a> Elaborator<'a> {
             families: Vec::new(),
             fields: Vec::new(),
             histories: Vec::new(),
+            weights: Vec::new(),
             defs: Vec::new(),
             exprs: Vec::new(),
             facts: Vec::new(),
+            copies: Copies::new(),
             shared: HashMap::new(),
             scopes: vec![scope],
             faulty: HashSet::new(),
@@ -188,6 +195,7 @@ impl<'a> Elaborator<'a> {
     ) -> Option<ExprId> {
         let definition = match &kind {
             ExprKind::Def(def) => Some(self.facts(self.defs[def.index()].expr)),
+            ExprKind::Weight(weight) => Some(self.facts(self.weights[weight.index()].expr)),
             _ => None,
         };
         let mut facts = Facts::new(&kind, definition, |id| self.facts(id));
@@ -224,18 +232,21 @@ impl<'a> Elaborator<'a> {
         if self.height >= MAX_HEIGHT {
             return self.wrong(check::size::too_deep(written.span));
         }
-        self.steps += 1;
-        if self.steps >= MAX_STEPS {
-            // Said once; from here on every expression is given up.
-            return match self.steps == MAX_STEPS {
-                true => self.wrong(check::size::too_large(written.span)),
-                false => None,
-            };
-        }
+        self.step(written.span)?;
         self.height += 1;
         let result = self.dispatch(written);
         self.height -= 1;
         result
+    }
+
+    /// Counts an expression; `None` beyond what a law may have.
+    pub(super) fn step(&mut self, span: Span) -> Option<()> {
+        self.steps += 1;
+        match self.steps {
+            // Said once; from here on every expression is given up.
+            MAX_STEPS => self.wrong(check::size::too_large(span)),
+            steps => (steps < MAX_STEPS).then_some(()),
+        }
     }
 
     pub(super) fn dispatch(&mut self, written: &ast::Expr) -> Option<ExprId> {
@@ -260,6 +271,7 @@ impl<'a> Elaborator<'a> {
                 let (left, right) = self.both(left, right);
                 self.comparison(*op, left?, right?, span)
             }
+            ast::ExprKind::Vector(parts) => self.vector(parts, span),
             ast::ExprKind::Component(inner, axes) => self
                 .elaborate(inner)
                 .and_then(|inner| self.component(inner, axes, span)),
@@ -297,7 +309,19 @@ impl<'a> Elaborator<'a> {
         )
     }
 
-    // ---- case
+    // ---- vectors and cases
+
+    pub(super) fn vector(&mut self, parts: &[ast::Expr], span: Span) -> Option<ExprId> {
+        let values: Vec<Option<ExprId>> = parts.iter().map(|part| self.elaborate(part)).collect();
+        if self.context != Context::Law {
+            return self.wrong(check::components::outside_of_law(span));
+        }
+        if parts.len() > 3 {
+            return self.wrong(check::components::too_many(span, parts.len()));
+        }
+        let values = values.into_iter().collect::<Option<_>>()?;
+        self.components(values, span)
+    }
 
     pub(super) fn case(&mut self, arms: &[(ast::Name, ast::Expr)], span: Span) -> Option<ExprId> {
         let complete = check::flavours::complete(arms, span);

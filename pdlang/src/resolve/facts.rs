@@ -1,7 +1,7 @@
 //! What is known of every typed expression beyond shape, home and unit. Facts are made together with
 //! the expression, from those of its operands: no check walks a tree, which may be shared a million times.
 
-use crate::ir::{BinaryOp, Builtin, ExprId, ExprKind};
+use crate::ir::{BinaryOp, Builtin, ExprId, ExprKind, Reduction};
 use crate::resolve::walk::operands;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
@@ -17,21 +17,24 @@ pub(crate) struct Facts {
     pub structure: u64,
     /// True when the value changes with the displacement.
     pub moves: bool,
+    /// True for what neither the reference body nor the displacement determines.
+    pub reads_state: bool,
     /// True when an extreme over bonds changes with the displacement: there is no derivative.
     pub extreme: bool,
     /// True when a sum that moves is read at the other end; second entry: when the expression itself is
     /// read at the other end.
     pub second_ring: [bool; 2],
-    /// Why this is no function of the reference bond; second entry: of its length alone.
-    pub beyond: [Option<&'static str>; 2],
+    /// Why this is no function of the reference body; of one reference bond; of its length alone.
+    pub beyond: [Option<&'static str>; 3],
 }
 
 /// Positions in [`Facts::beyond`].
-pub(crate) const BOND: usize = 0;
-pub(crate) const LENGTH: usize = 1;
+pub(crate) const REFERENCE: usize = 0;
+pub(crate) const BOND: usize = 1;
+pub(crate) const LENGTH: usize = 2;
 
 impl Facts {
-    /// `of` gives the facts of an operand, `definition` those of the expression behind a definition.
+    /// `of` gives the facts of an operand, `definition` those of the expression behind a definition or a weight.
     pub(crate) fn new<'f>(
         kind: &ExprKind,
         definition: Option<&Facts>,
@@ -49,6 +52,14 @@ impl Facts {
                     .copied()
                     .chain(definition)
                     .any(|part| part.moves),
+            reads_state: matches!(
+                kind,
+                ExprKind::Velocity | ExprKind::TimeStep | ExprKind::Field(_) | ExprKind::History(_)
+            ) || parts
+                .iter()
+                .copied()
+                .chain(definition)
+                .any(|part| part.reads_state),
             extreme: parts
                 .iter()
                 .copied()
@@ -56,7 +67,7 @@ impl Facts {
                 .any(|part| part.extreme)
                 || matches!(kind, ExprKind::Reduce(r, ..) if r.is_extreme()) && parts[0].moves,
             second_ring: [false, true].map(|primed| second_ring(kind, primed, &parts, definition)),
-            beyond: [BOND, LENGTH].map(|want| beyond(kind, want, &parts, definition)),
+            beyond: [REFERENCE, BOND, LENGTH].map(|want| beyond(kind, want, &parts, definition)),
         }
     }
 }
@@ -103,7 +114,7 @@ fn structure(kind: &ExprKind, parts: &[&Facts]) -> u64 {
 fn own(kind: &ExprKind) -> String {
     use ExprKind::*;
     match kind {
-        Neg(_) | Not(_) | Prime(_) | Ball(_) | Case(_) => String::new(),
+        Neg(_) | Not(_) | Prime(_) | Ball(_) | Case(_) | Vector(_) => String::new(),
         Component(_, axes) => format!("{axes:?}"),
         Reduce(reduction, family, _) => format!("{reduction:?} {family:?}"),
         Binary(op, ..) => format!("{op:?}"),
@@ -143,12 +154,15 @@ fn beyond(
         Xi if want == LENGTH => Some("this depends on the direction of the bond"),
         Eta => Some("this changes with the displacement"),
         Velocity => Some("this changes with the velocity"),
-        Position => Some("this depends on where the node is"),
+        Position if want > REFERENCE => Some("this depends on where the node is"),
         TimeStep => Some("this may change with every step"),
         Field(_) => Some("this is a field, which evolves"),
         History(_) => Some("this is a history, which evolves"),
+        Reduce(Reduction::Sum0, ..) if want == REFERENCE => parts[0].beyond[want],
+        Reduce(..) if want == REFERENCE => Some("this runs over the intact bonds, which may break"),
         Reduce(..) => Some("this is a sum over the bonds of one node"),
-        Prime(_) => Some("this belongs to the other end"),
+        Weight(_) if want > REFERENCE => Some("this depends on the families of both ends"),
+        Prime(_) if want > REFERENCE => Some("this belongs to the other end"),
         _ => parts
             .iter()
             .copied()

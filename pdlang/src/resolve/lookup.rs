@@ -90,6 +90,13 @@ impl Elaborator<'_> {
                 let (shape, home, unit) = (history.shape, history.home, history.unit.clone());
                 self.push(ExprKind::History(id), shape, home, unit, span)
             }
+            Symbol::Weight(id) => self.push(
+                ExprKind::Weight(id),
+                Shape::Scalar,
+                Home::Bond,
+                Unit::NUMBER,
+                span,
+            ),
             Symbol::Family(_) => self.wrong(check::names::family_as_value(name, span)),
             Symbol::Broken => None,
         }

@@ -12,6 +12,7 @@ mod facts;
 pub(crate) mod influence;
 pub(crate) mod library;
 mod lookup;
+mod meets;
 pub(crate) mod modules;
 pub(crate) mod names;
 mod numbers;
@@ -19,6 +20,7 @@ mod order;
 mod params;
 mod probes;
 mod typing;
+mod under;
 pub(crate) mod walk;
 
 use crate::ast::{Item, Model, ResponseKind};
@@ -39,9 +41,16 @@ pub(crate) fn law(model: &Model, library: &Library, report: &mut Vec<Diagnostic>
     let mut law = Elaborator::new(library, Context::Law, &mut findings);
     law.declare(model);
     law.histories_in_families(model);
-    for definition in order::order(model, law.report) {
-        let symbol = law.define(definition).map_or(Symbol::Broken, Symbol::Def);
-        law.symbols.insert(definition.name.text.clone(), symbol);
+    for item in order::order(model, law.report) {
+        let (name, symbol) = match item {
+            Item::Weight(weight) => (&weight.name, law.weigh(weight).map(Symbol::Weight)),
+            Item::Definition(definition) => {
+                (&definition.name, law.define(definition).map(Symbol::Def))
+            }
+            _ => continue,
+        };
+        let symbol = symbol.unwrap_or(Symbol::Broken);
+        law.symbols.insert(name.text.clone(), symbol);
     }
     let (responses, breaks, after_step) = law.answers(model);
     let mut law = Law {
@@ -59,6 +68,7 @@ pub(crate) fn law(model: &Model, library: &Library, report: &mut Vec<Diagnostic>
         families: law.families,
         fields: law.fields,
         histories: law.histories,
+        weights: law.weights,
         defs: law.defs,
         responses,
         breaks,

@@ -142,7 +142,7 @@ pub(crate) const BUILTINS: &[(&str, Builtin, usize)] = &[
 ];
 
 /// Forms that look like functions and change the home of their argument.
-pub(crate) const FORMS: &[&str] = &["sum", "sum0", "mean", "count", "ball", "other"];
+pub(crate) const FORMS: &[&str] = &["sum", "sum0", "mean", "count", "ball", "other", "under"];
 
 pub(crate) fn is_function(name: &str) -> bool {
     FORMS.contains(&name) || BUILTINS.iter().any(|builtin| builtin.0 == name)

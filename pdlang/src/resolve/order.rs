@@ -1,6 +1,6 @@
 //! The order in which the definitions of a model can be read, and what nothing needs.
 
-use crate::ast::{Definition, Expr, Item, Model, Name, ResponseKind};
+use crate::ast::{Expr, Item, Model, Name, ResponseKind};
 use crate::check;
 use crate::diag::Diagnostic;
 use crate::ir::Home;
@@ -8,48 +8,55 @@ use crate::resolve::declare::{declared, item_word};
 use crate::resolve::walk::mentioned;
 use std::collections::{HashMap, HashSet};
 
-/// Definitions such that each comes after those it mentions. What is part of a cycle, or declared twice,
+/// Definitions and weights such that each comes after those it mentions. What is part of a cycle, or declared twice,
 /// is left out; cycles are reported.
-pub(crate) fn order<'m>(model: &'m Model, report: &mut Vec<Diagnostic>) -> Vec<&'m Definition> {
+pub(crate) fn order<'m>(model: &'m Model, report: &mut Vec<Diagnostic>) -> Vec<&'m Item> {
     let graph = Graph::of(model);
     let mut visits = Visits {
-        state: vec![State::New; graph.definitions.len()],
+        state: vec![State::New; graph.items.len()],
         done: Vec::new(),
     };
-    for start in 0..graph.definitions.len() {
+    for start in 0..graph.items.len() {
         visits.from(start, &graph, report);
     }
-    visits
-        .done
-        .into_iter()
-        .map(|k| graph.definitions[k])
-        .collect()
+    visits.done.into_iter().map(|k| graph.items[k]).collect()
 }
 
 struct Graph<'m> {
-    definitions: Vec<&'m Definition>,
+    items: Vec<&'m Item>,
+    names: Vec<&'m Name>,
     needs: Vec<Vec<usize>>,
 }
 
 impl<'m> Graph<'m> {
     fn of(model: &'m Model) -> Self {
         let mut index = HashMap::new();
-        let mut definitions: Vec<&Definition> = Vec::new();
+        let (mut items, mut names, mut exprs) = (Vec::new(), Vec::new(), Vec::new());
         for item in &model.items {
-            if let Item::Definition(definition) = item {
-                index
-                    .entry(definition.name.text.as_str())
-                    .or_insert_with(|| {
-                        definitions.push(definition);
-                        definitions.len() - 1
-                    });
+            if let Some((name, expr)) = defined(item)
+                && !index.contains_key(name.text.as_str())
+            {
+                index.insert(name.text.as_str(), items.len());
+                items.push(item);
+                names.push(name);
+                exprs.push(expr);
             }
         }
-        let needs = definitions
-            .iter()
-            .map(|definition| needs(&definition.expr, &index))
-            .collect();
-        Graph { definitions, needs }
+        let needs = exprs.into_iter().map(|expr| needs(expr, &index)).collect();
+        Graph {
+            items,
+            names,
+            needs,
+        }
+    }
+}
+
+/// The name and the expression of a definition or a weight.
+fn defined(item: &Item) -> Option<(&Name, &Expr)> {
+    match item {
+        Item::Definition(definition) => Some((&definition.name, &definition.expr)),
+        Item::Weight(weight) => Some((&weight.name, &weight.expr)),
+        _ => None,
     }
 }
 
@@ -121,10 +128,7 @@ impl Visits {
             .position(|(node, _)| *node == first)
             .unwrap_or(0);
         let members: Vec<usize> = path[from..].iter().map(|(node, _)| *node).collect();
-        let chain: Vec<&Name> = members
-            .iter()
-            .map(|node| &graph.definitions[*node].name)
-            .collect();
+        let chain: Vec<&Name> = members.iter().map(|node| graph.names[*node]).collect();
         report.push(check::cycles::definitions(&chain));
         members
             .into_iter()
@@ -196,8 +200,7 @@ fn needed(model: &Model) -> HashSet<String> {
 /// The expression that a name stands for.
 fn behind(item: &Item) -> Option<(&str, &Expr)> {
     match item {
-        Item::Definition(definition) => Some((&definition.name.text, &definition.expr)),
         Item::Family(family) => Some((&family.name.text, &family.filter)),
-        _ => None,
+        _ => defined(item).map(|(name, expr)| (name.text.as_str(), expr)),
     }
 }

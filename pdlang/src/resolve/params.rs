@@ -43,16 +43,6 @@ pub(crate) fn param(written: &ast::Param, report: &mut Vec<Diagnostic>) -> Optio
         report.push(bounds::outside(name, default.span, last));
         good = false;
     }
-    let meet = match &written.meet {
-        None => Meet::default(),
-        Some(word) => match Meet::WORDS.iter().find(|(known, _)| *known == word.text) {
-            Some((_, meet)) => *meet,
-            None => {
-                report.push(check::meets::unknown(word));
-                return None;
-            }
-        },
-    };
     let doc = written
         .doc
         .as_ref()
@@ -65,7 +55,7 @@ pub(crate) fn param(written: &ast::Param, report: &mut Vec<Diagnostic>) -> Optio
         lower,
         upper,
         default,
-        meet,
+        meet: Meet::default(),
         span: name.span,
     })
 }

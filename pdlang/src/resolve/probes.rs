@@ -59,6 +59,7 @@ struct Settings {
     influences: Vec<(InfluenceFn, Vec<f64>)>,
     horizon: f64,
     cross: f64,
+    without: Vec<String>,
 }
 
 impl Reader<'_> {
@@ -82,6 +83,7 @@ impl Reader<'_> {
             influences: settings.influences,
             horizon: settings.horizon,
             cross: settings.cross,
+            without: settings.without,
             place,
             expectations,
             span: written.name.span,
@@ -101,7 +103,7 @@ impl Reader<'_> {
         let mut params: Vec<Option<f64>> = law.params.iter().map(|p| p.default).collect();
         let mut influences: Vec<Option<InfluenceFn>> =
             law.influences.iter().map(|i| i.default.clone()).collect();
-        let (mut horizon, mut cross) = (None, 1.0);
+        let (mut horizon, mut cross, mut without) = (None, 1.0, Vec::new());
         for setting in &written.settings {
             let name = &setting.name;
             if !duplicates::among(&given, name, self.report) {
@@ -120,6 +122,11 @@ impl Reader<'_> {
                 let expr = self.one(&setting.value)?;
                 influences[k] = influence::choice(expr, self.values.library, self.report);
                 influences[k].as_ref()?;
+            } else if law.weights.iter().any(|w| w.name == name.text) {
+                if self.scalar(&setting.value, &Unit::NUMBER)? != 1.0 {
+                    return self.wrong(say::not_one(name, setting.value.span));
+                }
+                without.push(name.text.clone());
             } else {
                 match (name.text.as_str(), self.flavour.dim()) {
                     ("delta", _) => {
@@ -135,7 +142,11 @@ impl Reader<'_> {
                 }
             }
         }
-        self.complete(written, params, influences, horizon, cross)
+        let settings = self.complete(written, params, influences, horizon, cross)?;
+        Some(Settings {
+            without,
+            ..settings
+        })
     }
 
     fn complete(
@@ -173,6 +184,7 @@ impl Reader<'_> {
                 .collect::<Option<_>>()?,
             horizon: horizon?,
             cross,
+            without: Vec::new(),
         })
     }
 
@@ -185,7 +197,8 @@ impl Reader<'_> {
             _ => None,
         };
         let own = ["delta"].into_iter().chain(cross).map(String::from);
-        params.chain(slots).chain(own).collect()
+        let weights = self.law.weights.iter().map(|w| w.name.clone());
+        params.chain(slots).chain(weights).chain(own).collect()
     }
 
     // ---- where
@@ -393,6 +406,22 @@ impl Reader<'_> {
         })
     }
 
+    fn on_bond(
+        &mut self,
+        written: &ast::Expectation,
+        place: &Place,
+        horizon: f64,
+    ) -> Option<(usize, usize)> {
+        match (place, written.place.as_slice()) {
+            (Place::Nodes(nodes, _), [a, b]) => self.bond(a, b, nodes, horizon),
+            _ => self.wrong(say::place(
+                &written.name,
+                "on a bond between two nodes",
+                "(a, b)",
+            )),
+        }
+    }
+
     /// The quantity that is meant, its shape and its unit.
     fn quantity(
         &mut self,
@@ -420,21 +449,17 @@ impl Reader<'_> {
                 Home::Constant if written.place.is_empty() => Quantity::Constant(id),
                 Home::Constant => return self.wrong(say::place(name, "nowhere", "")),
                 Home::Node => Quantity::AtNode(id, self.at_node(written, place)?),
-                Home::Bond => match (place, written.place.as_slice()) {
-                    (Place::Nodes(nodes, _), [a, b]) => {
-                        let (from, to) = self.bond(a, b, nodes, horizon)?;
-                        Quantity::OnBond(id, from, to)
-                    }
-                    _ => {
-                        return self.wrong(say::place(
-                            name,
-                            "on a bond between two nodes",
-                            "(a, b)",
-                        ));
-                    }
-                },
+                Home::Bond => {
+                    let (from, to) = self.on_bond(written, place, horizon)?;
+                    Quantity::OnBond(id, from, to)
+                }
             };
             return Some((quantity, def.shape, def.unit.clone()));
+        }
+        if let Some(k) = law.weights.iter().position(|w| w.name == name.text) {
+            let (from, to) = self.on_bond(written, place, horizon)?;
+            let id = crate::ir::WeightId(k as u32);
+            return Some((Quantity::Weight(id, from, to), Shape::Scalar, Unit::NUMBER));
         }
         if name.text == "force" {
             let node = self.at_node(written, place)?;
@@ -448,7 +473,11 @@ impl Reader<'_> {
                 Unit::energy_density(),
             ));
         }
-        let mut known: Vec<String> = law.defs.iter().map(|def| def.name.clone()).collect();
+        // A copy that `under` made has a name that no text can write.
+        let named = law.defs.iter().map(|def| &def.name);
+        let named = named.filter(|name| !name.contains(' '));
+        let mut known: Vec<String> = named.cloned().collect();
+        known.extend(law.weights.iter().map(|w| w.name.clone()));
         known.extend(self.energy.map(String::from));
         known.push("force".into());
         self.wrong(say::unknown_quantity(name, &known))

@@ -192,6 +192,23 @@ impl Elaborator<'_> {
         )
     }
 
+    /// A vector by its components: scalars of one unit.
+    pub(crate) fn components(&mut self, parts: Vec<ExprId>, span: Span) -> Option<ExprId> {
+        let mut unit = Unit::NUMBER;
+        let mut model: Option<ExprId> = None;
+        for &part in &parts {
+            self.scalar(part, "a component")?;
+            if let Some(model) = model {
+                unit = self.common_unit(model, part, "the components of a vector")?;
+            }
+            if model.is_none_or(|model| self.facts(model).any_unit) {
+                (model, unit) = (Some(part), self.unit(part));
+            }
+        }
+        let home = self.home_of(&parts);
+        self.push(ExprKind::Vector(parts), Shape::Vector, home, unit, span)
+    }
+
     /// The arms of a case, one per flavour: alike in shape and unit.
     pub(crate) fn alternatives(&mut self, arms: [ExprId; 5], span: Span) -> Option<ExprId> {
         let mut shape = self.shape(arms[0]);
@@ -304,11 +321,11 @@ impl Elaborator<'_> {
         )
     }
 
-    /// Where an expression is more than a function of the reference bond, and why. That it changes is
-    /// worse than that it depends on the direction.
+    /// Where an expression is more than a function of the reference body, of a reference bond, or of its length,
+    /// and why. That it changes is worse than that it depends on the direction.
     pub(crate) fn beyond(&self, id: ExprId, want: usize) -> Option<(Span, &'static str)> {
         let flaws = &self.facts(id).beyond;
-        let want = if flaws[BOND].is_some() { BOND } else { want };
+        let want = (BOND..want).find(|k| flaws[*k].is_some()).unwrap_or(want);
         let why = flaws[want]?;
         Some((
             self.blamed(id, |law, part| law.facts(part).beyond[want].is_some()),
@@ -479,7 +496,7 @@ impl Elaborator<'_> {
         }
     }
 
-    fn pure_number(&mut self, id: ExprId, what: &str) -> Option<()> {
+    pub(crate) fn pure_number(&mut self, id: ExprId, what: &str) -> Option<()> {
         if self.expr(id).unit.is_number() || self.facts(id).any_unit {
             return Some(());
         }

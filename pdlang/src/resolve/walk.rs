@@ -18,6 +18,7 @@ pub(crate) fn mentioned(expr: &ast::Expr, found: &mut Vec<String>) {
             mentioned(a, found);
             mentioned(b, found);
         }
+        Vector(parts) => parts.iter().for_each(|part| mentioned(part, found)),
         Case(arms) => arms.iter().for_each(|(_, arm)| mentioned(arm, found)),
     }
 }
@@ -28,9 +29,28 @@ pub(crate) fn operands(kind: &ExprKind) -> Vec<ExprId> {
     match kind {
         Neg(a) | Not(a) | Component(a, _) | Reduce(_, _, a) | Ball(a) | Prime(a) => vec![*a],
         Binary(_, a, b) | Compare(_, a, b) => vec![*a, *b],
-        Call(_, args) => args.clone(),
+        Call(_, args) | Vector(args) => args.clone(),
         Case(arms) => arms.to_vec(),
         _ => Vec::new(),
+    }
+}
+
+/// The same expression of other operands, in the order of [`operands`].
+pub(crate) fn with_operands(kind: &ExprKind, parts: &[ExprId]) -> ExprKind {
+    use ExprKind::*;
+    match kind {
+        Neg(_) => Neg(parts[0]),
+        Not(_) => Not(parts[0]),
+        Component(_, axes) => Component(parts[0], axes.clone()),
+        Reduce(reduction, family, _) => Reduce(*reduction, *family, parts[0]),
+        Ball(_) => Ball(parts[0]),
+        Prime(_) => Prime(parts[0]),
+        Binary(op, ..) => Binary(*op, parts[0], parts[1]),
+        Compare(op, ..) => Compare(*op, parts[0], parts[1]),
+        Call(builtin, _) => Call(*builtin, parts.to_vec()),
+        Vector(_) => Vector(parts.to_vec()),
+        Case(_) => Case(std::array::from_fn(|k| parts[k])),
+        leaf => leaf.clone(),
     }
 }
 
@@ -49,6 +69,7 @@ pub(crate) fn called(expr: &ast::Expr, found: &mut Vec<String>) {
             called(a, found);
             called(b, found);
         }
+        Vector(parts) => parts.iter().for_each(|part| called(part, found)),
         Case(arms) => arms.iter().for_each(|(_, arm)| called(arm, found)),
     }
 }

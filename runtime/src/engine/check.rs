@@ -181,6 +181,10 @@ pub(super) fn settings(spec: &Spec, body: &Body, s: &Settings) -> Result<(), Set
             spec.law
         ));
     }
+    let known = |name: &String| spec.weights.iter().any(|w| w.name == *name);
+    if let Some(name) = s.without.iter().find(|name| !known(name)) {
+        return fail(format!("law `{}` has no weight `{name}`", spec.law));
+    }
     if s.isa.is_some_and(|isa| !isa.available()) {
         return fail(
             "this processor does not have the requested instruction set: leave the choice open"

@@ -60,7 +60,8 @@ pub(super) fn materials(
                 false => None,
             };
             let ends = spec.params.iter().zip(a.iter().zip(b));
-            let params: Vec<f64> = ends.map(|(p, (a, b))| p.meet.of(*a, *b)).collect();
+            let params: Result<Vec<f64>, _> = ends.map(|(p, (a, b))| p.meet.of(*a, *b)).collect();
+            let params = params.map_err(|e| fail(format!("how parameters meet: {e}")))?;
             let mut leaves = AtConstants {
                 code: &code,
                 body,

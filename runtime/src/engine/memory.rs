@@ -34,6 +34,7 @@ impl Engine {
             bond_bytes += f.bytes()
                 + f.present.len()
                 + 2 * bytes(&b.next)
+                + bytes(&b.weights)
                 + 4 * b.reverse.len()
                 + b.armed.len();
         }
@@ -101,7 +102,10 @@ fn estimate(spec: &Spec, programs: &[Program], body: &Body, s: &Settings, lattic
             (n, bonds, 4.5 + 8.0 * geometry as f64)
         }
     };
-    slots * per_node + bonds * families * (per_bond + 24.0 * histories + 4.0 * reverse)
+    let weights = spec.weights.len() as f64;
+    slots * per_node
+        + bonds * families * (per_bond + 24.0 * histories + 4.0 * reverse)
+        + bonds * 16.0 * weights
 }
 
 /// Free memory [bytes], where the system says so.

@@ -20,7 +20,8 @@ pub(super) struct Program {
     pub own: Vec<usize>,
     pub nbr: Vec<usize>,
     pub out: Vec<usize>,
-    /// Positions among the bond histories of the family; the second says which ones this sweep writes.
+    /// Positions among the bond histories and then the weights of the family; the second says which ones this
+    /// sweep writes.
     pub history: Vec<usize>,
     pub writes: Vec<bool>,
     pub reads_reverse: bool,
@@ -132,7 +133,7 @@ fn limits(spec: &Spec, s: &SweepSpec) -> Limits {
         accumulators: s.accumulators as usize,
         history: s.history.len(),
         kills: s.kills && !s.reference && matches!(s.stage, Stage::Step | Stage::Update),
-        updates: s.stage == Stage::Update,
+        updates: matches!(s.stage, Stage::Reference | Stage::Update),
     }
 }
 
@@ -182,21 +183,31 @@ fn check_lists(spec: &Spec, s: &SweepSpec) -> Result<(), TapeError> {
         }
     }
     for &h in &s.history {
-        match spec.histories.get(h as usize) {
-            Some(h) if h.bond && h.family == s.family => {}
-            _ => return fail(format!("{h} is not a bond history of its family")),
+        let of_family = match (h as usize).checked_sub(spec.histories.len()) {
+            None => {
+                let h = &spec.histories[h as usize];
+                h.bond && h.family == s.family && s.stage != Stage::Reference
+            }
+            Some(w) => spec.weights.get(w).is_some_and(|w| w.family == s.family),
+        };
+        if !of_family {
+            return fail(format!("{h} is no bond history or weight of its family"));
         }
     }
     Ok(())
 }
 
-/// Position of a history among the bond histories of its family.
+/// Position of a history or weight among the bond histories and then the weights of its family.
 fn history_position(spec: &Spec, h: usize) -> usize {
-    let family = spec.histories[h].family;
-    spec.histories[..h]
-        .iter()
-        .filter(|o| o.bond && o.family == family)
-        .count()
+    let weight = h.checked_sub(spec.histories.len());
+    let family = match weight {
+        None => spec.histories[h].family,
+        Some(w) => spec.weights[w].family,
+    };
+    let before = spec.histories.iter().take(h);
+    let histories = before.filter(|o| o.bond && o.family == family).count();
+    let weights = spec.weights.iter().take(weight.unwrap_or(0));
+    histories + weights.filter(|o| o.family == family).count()
 }
 
 fn compiled(e: &Entries, choice: &Choice) -> [Run; 2] {

@@ -147,8 +147,10 @@ impl Engine {
             *to = self.values(slot, s);
         }
         for (k, &h) in p.history.iter().enumerate() {
-            call.history[k] = state.history[h].as_ptr();
-            call.next[k] = bonds.next[h].as_ptr().cast_mut();
+            call.history[k] = match h.checked_sub(bonds.initial.len()) {
+                None => state.history[h].as_ptr(),
+                Some(weight) => bonds.weights[weight].as_ptr(),
+            };
         }
         self.point_to_geometry(k, &mut call);
         self.point_to_outputs(k, &mut call);
@@ -191,7 +193,9 @@ impl Engine {
             }
         }
         for (k, &h) in p.history.iter().enumerate() {
-            call.next[k] = self.bonds[p.family].next[h].as_mut_ptr();
+            // Of a weight that is known there is no next value.
+            let next = self.bonds[p.family].next.get_mut(h);
+            call.next[k] = next.map_or(null_mut(), |next| next.as_mut_ptr());
         }
     }
 
@@ -244,6 +248,38 @@ impl Engine {
                 .for_each(one);
         } else {
             self.u_records.iter_mut().enumerate().for_each(one);
+        }
+    }
+
+    /// Runs what is known before anything moves. A weight that a sweep wrote is there for the next one.
+    pub(super) fn reference_stage(&mut self, rest: &State, without: &[String]) {
+        for (f, bonds) in self.bonds.iter_mut().enumerate() {
+            let ones = vec![1.0; super::history_len(&self.families[f])];
+            bonds
+                .next
+                .resize(bonds.initial.len() + bonds.weights.len(), ones);
+        }
+        for k in 0..self.programs.len() {
+            if self.programs[k].stage != Stage::Reference {
+                continue;
+            }
+            self.run_all(k, rest);
+            let p = &self.programs[k];
+            let bonds = &mut self.bonds[p.family];
+            for (&h, _) in p.history.iter().zip(&p.writes).filter(|w| *w.1) {
+                let weight = h - bonds.initial.len();
+                let of_family = self.spec.weights.iter();
+                let mut of_family = of_family.filter(|w| w.family as usize == p.family);
+                if of_family
+                    .nth(weight)
+                    .is_some_and(|w| !without.contains(&w.name))
+                {
+                    std::mem::swap(&mut bonds.weights[weight], &mut bonds.next[h]);
+                }
+            }
+        }
+        for bonds in &mut self.bonds {
+            bonds.next.truncate(bonds.initial.len());
         }
     }
 

@@ -10,7 +10,7 @@ use crate::lane::Record;
 use crate::layout::{
     Family, Filter, INCLUSIVE, Layout, cloud, lattice, partial_volume, plan_lattice,
 };
-use crate::spec::{SlotKind, Spec, Stage};
+use crate::spec::{SlotKind, Spec};
 use crate::tape::{Code, Limits, Place, length, truth};
 use crate::traverse::CHUNK;
 
@@ -71,7 +71,7 @@ pub(super) fn engine(body: &Body, law: Law, settings: Settings) -> Result<Engine
     );
     let rest = engine.state();
     engine.refresh_whole(&rest);
-    engine.run_stage(Stage::Reference, &rest);
+    engine.reference_stage(&rest, &settings.without);
     engine.family_stage(&rest);
     Ok(engine)
 }
@@ -311,6 +311,12 @@ fn bond_data(
         next: initial
             .iter()
             .map(|&v| vec![v; super::history_len(family)])
+            .collect(),
+        weights: spec
+            .weights
+            .iter()
+            .filter(|w| w.family as usize == f)
+            .map(|_| vec![1.0; super::history_len(family)])
             .collect(),
         initial,
         reverse: if reads_reverse {

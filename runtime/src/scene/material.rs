@@ -26,6 +26,8 @@ pub struct Material {
     pub influences: Vec<Influence>,
     /// Constants of the full family as sums over a full lattice family instead of integrals.
     pub lattice_constants: bool,
+    /// Names of the law's weights that are 1 instead of computed.
+    pub without: Vec<String>,
 }
 
 /// A region of another material: the same law with other values. Of several that overlap the last one counts.
@@ -97,6 +99,7 @@ pub(super) fn read(
         .map(|part| self::part(part, &law, dim, spacing, density.flatten(), &params))
         .collect();
     let influences = influences(&section, &law);
+    let without = without(&section, &law);
     let model = section.text("model").map(|m| m.value.to_string());
     section.finish();
     Some(Material {
@@ -106,8 +109,29 @@ pub(super) fn read(
         parts: parts.into_iter().collect::<Option<_>>()?,
         influences: influences?,
         lattice_constants: constants.unwrap_or(false),
+        without,
         law,
     })
+}
+
+/// The weights that the scene sets to 1, `Gd = 1`.
+fn without(section: &Section<'_>, law: &Law) -> Vec<String> {
+    let mut names: Vec<&String> = law.spec.weights.iter().map(|w| &w.name).collect();
+    names.dedup();
+    let mut without = Vec::new();
+    for name in names {
+        let Some(found) = section.quantity(name, dimension::NUMBER) else {
+            continue;
+        };
+        if found.value != 1.0 {
+            let problem = Problem::new(format!("the weight `{name}` is computed, or 1"))
+                .at(found.span, "not 1")
+                .help("leave it out to have it computed, or set it to 1 to do without it");
+            section.reader.complain(problem);
+        }
+        without.push(name.clone());
+    }
+    without
 }
 
 /// `[[material.part]]`: what a part does not give is as everywhere.

@@ -60,6 +60,7 @@ impl Scene {
             horizon: self.material.horizons(self.family.horizon),
             partial_volume: self.family.partial_volume,
             lattice_constants: self.material.lattice_constants,
+            without: self.material.without.clone(),
             traversal: self.family.traversal,
             isa: self.family.isa,
         }

@@ -117,6 +117,7 @@ fn spring(dim: usize) -> Spec {
         families: Vec::new(),
         fields: Vec::new(),
         histories: Vec::new(),
+        weights: vec![],
         slots: Vec::new(),
         constants: Tape::default(),
         sweeps: Vec::new(),

@@ -56,6 +56,7 @@ pub fn engine(body: &Body, law: Law, params: Vec<f64>, traversal: Traversal, isa
         horizon: vec![HORIZON],
         partial_volume: true,
         lattice_constants: false,
+        without: vec![],
         traversal,
         isa: Some(isa),
     };

@@ -40,6 +40,7 @@ fn spec(law: &str, params: &[&str], names: &[(&str, Stage)], sweeps: Vec<SweepSp
         }],
         fields: vec![],
         histories: vec![],
+        weights: vec![],
         slots: slots(names),
         constants: Tape {
             ops: (0..n).map(Op::Param).collect(),

@@ -39,6 +39,7 @@ pub fn empty(law: &str, dim: usize) -> Spec {
         }],
         fields: vec![],
         histories: Vec::<HistorySpec>::new(),
+        weights: vec![],
         slots: vec![],
         constants: Tape::default(),
         sweeps: vec![],

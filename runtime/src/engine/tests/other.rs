@@ -10,6 +10,7 @@ fn make(body: &Body, spec: Spec, params: Vec<f64>, traversal: Traversal, isa: Is
         horizon: vec![3.015],
         partial_volume: true,
         lattice_constants: false,
+        without: vec![],
         traversal,
         isa: Some(isa),
     };
@@ -178,6 +179,7 @@ fn a_body_that_does_not_fit_is_refused_before_it_is_built() {
         horizon: vec![60.0],
         partial_volume: false,
         lattice_constants: false,
+        without: vec![],
         traversal: Traversal::Cloud,
         isa: None,
     };
@@ -218,6 +220,7 @@ fn spoilt_laws_are_errors_or_run() {
             horizon: vec![2.1],
             partial_volume: false,
             lattice_constants: false,
+            without: vec![],
             traversal: BOTH[seed as usize % 2],
             isa: None,
         };

@@ -8,6 +8,7 @@ fn settings(traversal: Traversal, isa: Isa) -> Settings {
         horizon: vec![3.015],
         partial_volume: true,
         lattice_constants: false,
+        without: vec![],
         traversal,
         isa: Some(isa),
     }
