@@ -20,10 +20,16 @@ pub fn alike(law: &Law, force: ExprId) -> bool {
     let mut algebra = Algebra::default();
     let mut lowering = Lowering::new(law, dim, &mut algebra);
     let parts = lowering.value(force, Reading::Whole);
+    let weights: Vec<Poly> = law
+        .weights
+        .iter()
+        .map(|w| lowering.value(w.expr, Reading::Whole).remove(0))
+        .collect();
     let reversed = reversed(law, dim);
     let seen = |p: &Poly, round, other| {
         let view = View {
             algebra: &algebra,
+            weights: &weights,
             reversed: &reversed,
             round,
         };
@@ -49,6 +55,7 @@ fn reversed(law: &Law, dim: usize) -> Vec<bool> {
 /// One choice of values. `other` is the end of the bond from which it is seen.
 struct View<'a> {
     algebra: &'a Algebra,
+    weights: &'a [Poly],
     reversed: &'a [bool],
     round: u64,
 }
@@ -72,6 +79,8 @@ impl View<'_> {
                 function(*f, &values)
             }
             Atom::Xi(_) | Atom::Eta(_) | Atom::Y(_) => turned(id),
+            Atom::Factor(k) => self.poly(&self.weights[*k as usize], other),
+            Atom::FactorBack(k) => self.poly(&self.weights[*k as usize], !other),
             Atom::History(k) => self.history(*k, other),
             Atom::Reverse(k) => self.history(*k, !other),
             Atom::X | Atom::InverseY => self.any(id, false).abs(),

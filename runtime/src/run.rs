@@ -347,7 +347,7 @@ impl Simulation {
 
     fn take_row(&mut self) {
         let mut row = crate::observe::Row::of(self);
-        let energy = row.kinetic + row.strain;
+        let energy = row.energy();
         if self.state.step == 0 {
             self.initial_energy = energy;
         }
@@ -361,7 +361,7 @@ impl Simulation {
 
     /// Whether the last rows show energy from nowhere; only where the law has an energy and nothing else feeds it.
     fn doubt(&self) -> Option<String> {
-        let energy = self.row.kinetic + self.row.strain;
+        let energy = self.row.energy();
         let known = self.spec.energy.is_some()
             && self.spec.rates.is_empty()
             && self.spec.histories.is_empty();

@@ -72,6 +72,16 @@ mod tests {
     }
 
     #[test]
+    fn weights_are_opened() {
+        let weighted = |mean: &str, force: &str| {
+            format!("{NODE} node q = sum0(x)/ball(x) weight w = {mean} \"w\" pair f = {force}")
+        };
+        accept(&weighted("2/(q + q')", "c*w*s"));
+        accept(&weighted("1/q", "c*(w + w')*s"));
+        refuse(&weighted("1/q", "c*w*s"), "PD042", "c*w*s");
+    }
+
+    #[test]
     fn histories_of_bonds_are_the_same_from_both_ends() {
         accept(&format!(
             "{NODE} history worst : number = 0 on bond \"worst\" history d : vector length = 0 on bond \"d\"

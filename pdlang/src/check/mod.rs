@@ -3,6 +3,7 @@
 //! A check states a finding: what is wrong, at which token, what was expected, what to do. When to ask
 //! is the business of `resolve`.
 
+pub(crate) mod added; // PD104: an energy beside a bond force, whose forces add up
 pub(crate) mod annotations; // PD016: a declared shape or unit is not what stands behind it
 pub(crate) mod arity; // PD006: arguments that do not fit a function
 pub(crate) mod balls; // PD022: `ball` of something that is no constant of the horizon
@@ -11,6 +12,7 @@ pub(crate) mod citations; // PD031: no paper, or no equation number
 pub(crate) mod components; // PD008: components that a value does not have
 pub(crate) mod cycles; // PD005: definitions that need themselves
 pub(crate) mod descriptions; // PD032: a parameter without a description
+pub(crate) mod differences; // PD105: a difference of two equal values
 pub(crate) mod duplicates; // PD003: a name for two things
 pub(crate) mod ends; // PD042: a pair force that is not the same from both ends
 pub(crate) mod exponents; // PD014: a power whose unit is unknown

@@ -39,6 +39,11 @@ pub(crate) fn unknown_value(
     }
 }
 
+/// A unit of several words behind a number: said where the second word is no value.
+pub(crate) fn unit_without_brackets(finding: Diagnostic) -> Diagnostic {
+    finding.help("a unit with `/` or `*` stands in brackets: `1e-6 [m^2/s]`")
+}
+
 fn list(names: &[String]) -> String {
     names
         .iter()

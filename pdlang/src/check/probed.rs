@@ -18,13 +18,28 @@ pub(crate) fn failed(outcome: &Outcome) -> Diagnostic {
             let message = format!("{what} is {}", shown(found, &expected.unit));
             let off = found.iter().zip(&expected.value);
             let off = off.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-            Diagnostic::error(CODE, message)
-                .at(expected.span, label)
-                .help(format!(
+            let help = match outcome.allowed == 0.0 && expected.value.iter().all(|v| *v == 0.0) {
+                true => format!(
+                    "zero has no part of itself: say the absolute error, `within 1e-9{}`",
+                    bracketed(&expected.unit)
+                ),
+                false => format!(
                     "off by {off:.3e}, allowed {:.3e}: the derivation, the law or the tolerance is wrong",
                     outcome.allowed
-                ))
+                ),
+            };
+            Diagnostic::error(CODE, message)
+                .at(expected.span, label)
+                .help(help)
         }
+    }
+}
+
+/// A unit as it stands behind a number.
+fn bracketed(unit: &Unit) -> String {
+    match unit.is_number() {
+        true => String::new(),
+        false => format!(" [{}]", unit.symbol()),
     }
 }
 
@@ -52,6 +67,39 @@ fn number(value: f64) -> String {
 mod tests {
     use crate::check::tests::law;
     use crate::{front, probe};
+
+    fn one_bond(expected: &str) -> String {
+        law(&format!(
+            "bond t3 = e/x - 1e-3 probe p in bar where K = 1 GPa, delta = 2 mm, area = 1 mm^2 {{
+            node a = 0, V = 1 mm^3 node b = 1 mm, V = 1 mm^3, u = 1.0000001 um {expected} }}"
+        ))
+    }
+
+    fn helps(expected: &str) -> Vec<String> {
+        let checked = front::file(&one_bond(expected));
+        assert!(!checked.has_errors(), "{:?}", checked.diagnostics);
+        let findings = probe::findings(&checked.laws[0]);
+        findings.into_iter().map(|f| f.help.unwrap()).collect()
+    }
+
+    #[test]
+    fn zero_takes_an_absolute_error() {
+        for within in ["1e-9", "1e-9 [1]"] {
+            let expected = format!("expect t3(a, b) = 0 within {within}");
+            assert_eq!(helps(&expected), [""; 0], "{within}");
+        }
+        let off = helps("expect t3(a, b) = 0 within 1e-11");
+        assert!(
+            off[0].starts_with("off by 1.000e-10, allowed 1.000e-11"),
+            "{off:?}"
+        );
+        let said = |unit: &str| {
+            format!("zero has no part of itself: say the absolute error, `within 1e-9{unit}`")
+        };
+        assert_eq!(helps("expect t3(a, b) = 0"), [said("")]);
+        assert_eq!(helps("expect W(a) = 0 within 1e-9"), [said(" [Pa]")]);
+        assert_eq!(helps("expect W(a) = 0 within 1 [GPa]"), [""; 0]);
+    }
 
     #[test]
     fn says_what_was_found_and_where() {

@@ -61,6 +61,9 @@ pub(crate) fn unexpected(
     let starts = expected
         .iter()
         .any(|e| matches!(e, Expected::Item | Expected::TopItem));
+    let named = expected
+        .iter()
+        .any(|e| matches!(e, Expected::Word("a name")));
     let list = alternatives(&in_order(expected));
     let finding = match before {
         _ if list.is_empty() || token == "\"" => finding.at(span, ""),
@@ -69,6 +72,11 @@ pub(crate) fn unexpected(
             .at(before, format!("after this, expected {list}")),
         _ => finding.at(span, format!("expected {list}")),
     };
+    if named && STARTS.contains(&token) {
+        return finding.help(format!(
+            "`{token}` begins a definition, and so it is no name"
+        ));
+    }
     match suggest::question(token, STARTS).filter(|_| starts) {
         Some(question) => finding.help(question),
         None => finding,

@@ -264,8 +264,12 @@ impl<'a> Elaborator<'a> {
                 .elaborate(inner)
                 .and_then(|inner| self.negation(inner, span)),
             ast::ExprKind::Binary(op, left, right) => {
-                let (left, right) = self.both(left, right);
-                self.binary(*op, left?, right?, span)
+                let before = self.report.len();
+                let (a, b) = self.both(left, right);
+                if b.is_none() {
+                    self.unit_continued(*op, left, right, before);
+                }
+                self.binary(*op, a?, b?, span)
             }
             ast::ExprKind::Compare(op, left, right) => {
                 let (left, right) = self.both(left, right);
@@ -279,6 +283,26 @@ impl<'a> Elaborator<'a> {
                 .elaborate(inner)
                 .and_then(|inner| self.prime(inner, span)),
             ast::ExprKind::Case(arms) => self.case(arms, span),
+        }
+    }
+
+    /// `m^2/s` behind a number: what is said of the `s`, which is no value, says that it is read as one.
+    fn unit_continued(
+        &mut self,
+        op: ir::BinaryOp,
+        left: &ast::Expr,
+        right: &ast::Expr,
+        before: usize,
+    ) {
+        let joins = matches!(op, ir::BinaryOp::Mul | ir::BinaryOp::Div);
+        let Some(name) = first_name(right).filter(|_| joins && ends_in_unit(left)) else {
+            return;
+        };
+        let (name, place) = name;
+        let said = &mut self.report[before..];
+        let said = said.iter_mut().find(|finding| finding.span() == place);
+        if let Some(finding) = said.filter(|_| units::known_units().any(|unit| unit == name)) {
+            *finding = check::names::unit_without_brackets(finding.clone());
         }
     }
 
@@ -342,5 +366,25 @@ impl<'a> Elaborator<'a> {
             *id = arm(flavour)?;
         }
         self.alternatives(ids, span)
+    }
+}
+
+/// The name of a factor: `s`, `m` in `m^3`.
+fn first_name(factor: &ast::Expr) -> Option<(&str, Span)> {
+    match &factor.kind {
+        ast::ExprKind::Name(name) => Some((name, factor.span)),
+        ast::ExprKind::Binary(ir::BinaryOp::Pow, base, _) => first_name(base),
+        _ => None,
+    }
+}
+
+/// Whether factors start with a number with a unit, behind which nothing but names stands.
+fn ends_in_unit(factors: &ast::Expr) -> bool {
+    match &factors.kind {
+        ast::ExprKind::Number(_, unit) => unit.is_some(),
+        ast::ExprKind::Binary(ir::BinaryOp::Mul | ir::BinaryOp::Div, left, right) => {
+            first_name(right).is_some() && ends_in_unit(left)
+        }
+        _ => false,
     }
 }

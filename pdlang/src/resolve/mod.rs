@@ -87,6 +87,8 @@ pub(crate) fn law(model: &Model, library: &Library, report: &mut Vec<Diagnostic>
         law.probes = probes(model, &law, library, &mut findings);
         // In a law with errors, what seems unused may be needed where the error is.
         order::unused(model, &mut findings);
+        findings.extend(check::added::warnings(model));
+        check::differences::warn(model, &mut findings);
     }
     let sound = sound(&findings);
     report.append(&mut findings);

@@ -372,6 +372,7 @@ impl Reader<'_> {
             true => self.shaped(&written.value, shape, &unit)?,
             false => self.components(&written.value, shape, None)?,
         };
+        let expects_zero = value.iter().all(|v| *v == 0.0);
         let within = match &written.within {
             None => Within::Relative(TOLERANCE),
             Some(expr) => {
@@ -380,6 +381,8 @@ impl Reader<'_> {
                     _ if !(value.is_finite() && value >= 0.0) => {
                         return self.wrong(say::tolerance(expr.span));
                     }
+                    // Zero has no part of itself.
+                    true if unit.is_number() && expects_zero => Within::Absolute(value),
                     true => Within::Relative(value),
                     false if found == unit || !known => Within::Absolute(value),
                     false => return self.wrong(say::tolerance(expr.span)),

@@ -80,6 +80,8 @@ mod tests {
             text.lines()
                 .all(|l| l.split(',').count() == Row::COLUMNS.len() + 4)
         );
+        // A law without energy has no strain energy: that cell is empty.
+        assert!(text.contains("\n3,0e0,1e-1,,0e0,"));
         assert!(text.contains(",T_min_K,T_mean_K,T_max_K,T_total_K_m3\n"));
         std::fs::remove_dir_all(dir).unwrap();
     }

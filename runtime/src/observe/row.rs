@@ -13,8 +13,8 @@ pub struct Row {
     pub time: f64,
     /// [J]
     pub kinetic: f64,
-    /// Sum of W V [J]; 0 for a law without energy.
-    pub strain: f64,
+    /// Sum of W V [J]; nothing for a law without energy.
+    pub strain: Option<f64>,
     /// Work of prescribed motion and body forces since the start [J].
     pub work_conditions: f64,
     /// Work of the spheres on the body since the start [J].
@@ -53,6 +53,11 @@ pub struct FieldRow {
 }
 
 impl Row {
+    /// Kinetic energy, with the strain energy of a law that has one [J].
+    pub(crate) fn energy(&self) -> f64 {
+        self.kinetic + self.strain.unwrap_or_default()
+    }
+
     /// The columns of `history.csv` that every law has, in order; those of the fields follow.
     pub const COLUMNS: [&str; 21] = [
         "step",
@@ -93,17 +98,18 @@ impl Row {
         names
     }
 
-    /// The values in the order of [`Row::columns`]; numbers in the shortest form that reads back to the same bits.
+    /// The values in the order of [`Row::columns`], empty where there is none; numbers in the shortest form that reads back to the same bits.
     pub fn values(&self) -> Vec<String> {
         let mut out = vec![self.step.to_string(), format!("{:e}", self.time)];
         let energies = [
-            self.kinetic,
+            Some(self.kinetic),
             self.strain,
-            self.work_conditions,
-            self.work_contact,
-            self.lost,
+            Some(self.work_conditions),
+            Some(self.work_contact),
+            Some(self.lost),
         ];
-        out.extend(energies.iter().map(|v| format!("{v:e}")));
+        let written = |v: &Option<f64>| v.map_or(String::new(), |v| format!("{v:e}"));
+        out.extend(energies.iter().map(written));
         out.push(self.broken.to_string());
         let vectors = [
             self.momentum,
@@ -241,14 +247,13 @@ fn motion(sim: &Simulation) -> [f64; 7] {
 }
 
 /// Sum of W V; the energy sweep runs only here and where energy is an output.
-fn strain(sim: &mut Simulation) -> f64 {
-    if sim.spec.energy.is_none() {
-        return 0.0;
-    }
+fn strain(sim: &mut Simulation) -> Option<f64> {
+    sim.spec.energy?;
     let w = sim.engine.energy(&sim.state).to_vec();
     let (volume, slots) = (&sim.body.volume, sim.engine.slots());
-    total(
+    let [sum] = total(
         volume.len(),
         |node| [w[slots[node] as usize] * volume[node]],
-    )[0]
+    );
+    Some(sum)
 }

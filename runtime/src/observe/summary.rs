@@ -124,6 +124,10 @@ pub fn left_out(sim: &Simulation) -> Vec<String> {
             "checkpoints",
         ),
         (
+            spec.energy.is_none(),
+            "strain energy: the law has none; its cells in the history stay empty",
+        ),
+        (
             spec.energy.is_some(),
             "energy between the rows of the history",
         ),

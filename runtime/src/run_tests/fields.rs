@@ -36,6 +36,8 @@ fn a_field_relaxes_at_the_rate_of_its_matrix() {
         let row = &summary.last.fields[0];
         assert_eq!((row.min, row.max, row.total), (t[0], t[1], t[0] + t[1]));
         assert_eq!(row.mean, 0.5 * row.total);
+        let said = |what: &String| what.starts_with("strain energy: the law has none");
+        assert!(summary.last.strain.is_none() && summary.left_out.iter().any(said));
         (t[1] - t[0] - (-2.0_f64).exp()).abs()
     };
     let (coarse, fine) = (error(0.1), error(0.05));
