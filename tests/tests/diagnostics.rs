@@ -93,6 +93,118 @@ fn accepted_texts_have_no_findings() {
     }
 }
 
+/// Words of the language, and a fixture that misuses each.
+const MISUSED: [(&str, &str); 65] = [
+    ("use", "uses"),
+    ("model", "no_metadata"),
+    ("cite", "no_equation"),
+    ("for", "flavours"),
+    ("influence", "influence_choice"),
+    ("fn", "recursive_function"),
+    ("param", "bounds"),
+    ("field", "half_steps"),
+    ("history", "responses"),
+    ("update", "responses"),
+    ("family", "families"),
+    ("break", "breaking"),
+    ("node", "components"),
+    ("bond", "components"),
+    ("meets", "meets"),
+    ("where", "families"),
+    ("when", "breaking"),
+    ("after", "breaking"),
+    ("on", "responses"),
+    ("in", "probes"),
+    ("and", "conditions"),
+    ("or", "conditions"),
+    ("not", "conditions"),
+    ("case", "flavours"),
+    ("probe", "probes"),
+    ("expect", "probes"),
+    ("within", "probes"),
+    ("lattice", "probes"),
+    ("let", "not_constant"),
+    ("rate", "unit_of_rate"),
+    ("flavour", "flavours"),
+    ("energy", "unit_of_energy"),
+    ("pair", "responses"),
+    ("state", "unit_of_state"),
+    ("sum", "reductions"),
+    ("sum0", "weights"),
+    ("mean", "reductions"),
+    ("count", "reductions"),
+    ("min", "reductions"),
+    ("max", "reductions"),
+    ("norm", "functions"),
+    ("dot", "functions"),
+    ("outer", "functions"),
+    ("tr", "functions"),
+    ("sym", "functions"),
+    ("dev", "functions"),
+    ("det", "functions"),
+    ("inverse", "functions"),
+    ("transpose", "functions"),
+    ("sqrt", "functions"),
+    ("abs", "functions"),
+    ("exp", "unit_of_argument"),
+    ("ln", "functions"),
+    ("sin", "functions"),
+    ("cos", "functions"),
+    ("tan", "functions"),
+    ("select", "conditions"),
+    ("diag", "functions"),
+    ("force", "node_force"),
+    ("at", "half_steps"),
+    ("half", "half_steps"),
+    ("step", "node_force"),
+    ("flow", "flow"),
+    ("weight", "weights"),
+    ("under", "under"),
+];
+
+/// Every word of the grammar, every response and built-in function, `flow` and `under` stands in a line that an error points at.
+#[test]
+fn every_construct_is_misused_somewhere() {
+    let source = |path: &str| {
+        read(
+            &Path::new(env!("CARGO_MANIFEST_DIR"))
+                .join("../pdlang/src")
+                .join(path),
+        )
+    };
+    let grammar = source("grammar.pest");
+    let keywords = grammar
+        .lines()
+        .filter_map(|line| line.strip_prefix("kw_")?.split(' ').next());
+    let names = source("resolve/names.rs");
+    let built_in = names
+        .lines()
+        .filter(|line| line.contains("Builtin::") || line.contains("Reduction::"));
+    let built_in = built_in.filter_map(|line| line.trim().strip_prefix("(\"")?.split('"').next());
+    let responses = ["energy", "pair", "state", "force"];
+    let others = ["flow", "under"];
+    let mut missing = Vec::new();
+    for word in keywords.chain(built_in).chain(responses).chain(others) {
+        let Some((_, fixture)) = MISUSED.iter().find(|(misused, _)| *misused == word) else {
+            missing.push(format!("`{word}` has no fixture"));
+            continue;
+        };
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/lang/fail");
+        let shown = read(&folder.join(fixture).with_extension("txt"));
+        // Lines of the text, as a message shows them: `12 | break when s`.
+        let lines = shown
+            .lines()
+            .filter_map(|line| line.split_once(" | "))
+            .filter(|(n, _)| n.trim().parse::<u32>().is_ok());
+        let mut words =
+            lines.flat_map(|(_, text)| text.split(|c: char| !c.is_alphanumeric() && c != '_'));
+        if !words.any(|w| w == word) {
+            missing.push(format!("no error of {fixture} is about `{word}`"));
+        }
+    }
+    assert!(missing.is_empty(), "{}", missing.join("\n"));
+}
+
 /// Two ways to write the same law: Greek letters, primes and powers, and what survives as Rust tokens.
 #[test]
 fn spellings_make_no_difference() {
