@@ -425,3 +425,28 @@ fn laws_are_formatted_printed_and_probed() {
     write(folder.join("shared.pd"), "fn square(a) = a^2");
     pdlang(&["check", &uses], 0);
 }
+
+/// A law from a file runs at once; the program says once that it is interpreted, and how to compile it.
+#[test]
+fn a_law_that_is_not_compiled_says_so() {
+    let dir = folder("uncompiled");
+    let lps = Path::new(env!("CARGO_MANIFEST_DIR")).join("laws/lps.pd");
+    std::fs::copy(&lps, dir.join("my.pd")).expect("a copy of the law");
+    let scene = |model: &str| {
+        let plate = PLATE.replace("\"lps\"", &format!("{model:?}"));
+        format!("{plate}[time]\nsteps = 5\n")
+    };
+    let mine = write(dir.join("mine.toml"), &scene("my.pd"));
+    let theirs = write(dir.join("theirs.toml"), &scene("lps"));
+    let out = shown(&dir.join("out"));
+    for (scene, interpreted) in [(&mine, 1), (&theirs, 0)] {
+        for text in [
+            pdlang(&["run", scene, "--out", &out], 0),
+            pdlang(&["plan", scene], 0),
+        ] {
+            for words in [", interpreted", "to compile", "include_model!"] {
+                assert_eq!(text.matches(words).count(), interpreted, "{words}: {text}");
+            }
+        }
+    }
+}

@@ -8,6 +8,9 @@ use pdlang_runtime::scene::{Influence, Scene, implied};
 use pdlang_runtime::simulate::{End, Simulation, StepRule};
 use serde_json::{Map, Value};
 
+/// How a law becomes two to four times as fast.
+const COMPILE: &str = "name the file in pdlang_macros::include_model!(\"..\") in a Rust program, or put it into models/laws and models/src/registry.rs and build again";
+
 /// Named lines under a title.
 pub struct Statement {
     title: String,
@@ -153,6 +156,9 @@ fn body(s: &mut Statement, scene: &Scene, simulation: &Simulation) {
             report.isa.name()
         ),
     );
+    if compiled == 0 {
+        s.add("to compile", COMPILE);
+    }
     s.add(
         "memory",
         format!(
