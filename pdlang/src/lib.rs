@@ -31,3 +31,4 @@ pub mod spec;
 pub mod sweep;
 pub mod tape;
 pub mod units;
+mod words;

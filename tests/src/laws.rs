@@ -11,6 +11,31 @@ use pdlang_runtime::body::Flavour;
 pub const K: f64 = 14.9e9;
 pub const G: f64 = 6.0e9;
 
+/// Laws of the catalogue, and a fixture, that move and turn with the body: they balance angular momentum at any deformation.
+pub const FINITE_STRAINS: [&str; 13] = [
+    "pmb",
+    "gpmb",
+    "lps",
+    "lps_frozen",
+    "thermo_pmb",
+    "thermo_lps",
+    "lps_plastic",
+    "lps_viscoelastic",
+    "lamina",
+    "correspondence_svk",
+    "laminate",
+    "solid",
+    "corrected",
+];
+
+/// Laws of small strains: a turn by a finite angle strains them.
+pub const SMALL_STRAINS: [&str; 2] = ["correspondence", "correspondence_stabilised"];
+
+/// All of these.
+pub fn moving() -> impl Iterator<Item = &'static str> {
+    FINITE_STRAINS.into_iter().chain(SMALL_STRAINS)
+}
+
 /// The one law of a text.
 pub fn parse(text: &str) -> Law {
     let mut checked = front::file(text);

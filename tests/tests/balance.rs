@@ -5,30 +5,6 @@ use pdlang_runtime::engine::{Breaking, Engine, State, Traversal};
 use pdlang_tests::agreement::{Question, gather, per_node, spread};
 use pdlang_tests::{bodies, laws};
 
-/// Laws whose force states act along their bonds, and so balance angular momentum at any deformation.
-const ALONG_BONDS: [&str; 13] = [
-    "pmb",
-    "gpmb",
-    "lps",
-    "lps_frozen",
-    "thermo_pmb",
-    "thermo_lps",
-    "lps_plastic",
-    "lps_viscoelastic",
-    "lamina",
-    "laminate",
-    "solid",
-    "corrected",
-    "bond_memory",
-];
-
-/// Laws of correspondence; the last one turns with the body, and so balances angular momentum as well.
-const CORRESPONDENCE: [&str; 3] = [
-    "correspondence",
-    "correspondence_stabilised",
-    "correspondence_svk",
-];
-
 fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     std::array::from_fn(|k| {
         let (m, n) = ((k + 1) % 3, (k + 2) % 3);
@@ -46,7 +22,7 @@ fn total(vectors: impl Iterator<Item = [f64; 3]>) -> ([f64; 3], f64) {
 
 #[test]
 fn forces_and_their_moments_sum_to_nothing() {
-    for name in ALONG_BONDS.into_iter().chain(CORRESPONDENCE) {
+    for name in laws::moving().chain(["bond_memory"]) {
         let law = laws::law(name);
         for flavour in laws::flavours(&law) {
             for body in [bodies::carved(flavour, 1), bodies::cloud(flavour, 2)] {
@@ -64,7 +40,7 @@ fn forces_and_their_moments_sum_to_nothing() {
                     let (sum, _) = total(nodes.clone().map(loads));
                     let worst = sum.iter().fold(0.0_f64, |m, c| m.max(c.abs())) / (scale * volume);
                     assert!(worst <= 1e-14, "{what}: momentum {worst:e}");
-                    if CORRESPONDENCE[..2].contains(&name) {
+                    if laws::SMALL_STRAINS.contains(&name) {
                         return;
                     }
                     let (moment, _) = total(nodes.map(|i| cross(place(i), loads(i))));
@@ -94,7 +70,7 @@ fn dot(a: &[Vec<f64>], b: &[Vec<f64>], volume: &[f64]) -> f64 {
 /// The tangent is a derivative: it is the limit of force differences, and of an energy it is symmetric.
 #[test]
 fn the_tangent_is_the_derivative_of_the_force() {
-    for name in ALONG_BONDS.into_iter().chain(CORRESPONDENCE) {
+    for name in laws::moving().chain(["bond_memory"]) {
         let law = laws::law(name);
         for flavour in laws::flavours(&law) {
             let question = Question::deformed(&law, bodies::cloud(flavour, 4), 1e-2, 5);

@@ -9,26 +9,6 @@ use pdlang_tests::agreement::{Question, gather, spec};
 use pdlang_tests::naive::{self, Lps};
 use pdlang_tests::{block, bodies, laws};
 
-/// Laws that move, at finite strains.
-const CATALOGUE: [&str; 13] = [
-    "pmb",
-    "gpmb",
-    "lps",
-    "lps_frozen",
-    "thermo_pmb",
-    "thermo_lps",
-    "lps_plastic",
-    "lps_viscoelastic",
-    "lamina",
-    "correspondence_svk",
-    "laminate",
-    "solid",
-    "corrected",
-];
-
-/// Laws of small strains: a turn by a finite angle strains them.
-const SMALL_STRAINS: [&str; 2] = ["correspondence", "correspondence_stabilised"];
-
 /// omega(r)/r: what LPS needs to be GPMB with omega.
 fn over_length((mut f, values): (InfluenceFn, Vec<f64>)) -> (InfluenceFn, Vec<f64>) {
     let body = f.exprs[f.body.index()].clone();
@@ -152,9 +132,9 @@ fn all_bodies(flavour: Flavour) -> [Body; 3] {
 /// Displacements equal in every bit differ by exactly nothing.
 #[test]
 fn an_undeformed_or_translated_body_has_exactly_no_force() {
-    for name in CATALOGUE
+    for name in laws::FINITE_STRAINS
         .into_iter()
-        .chain(SMALL_STRAINS)
+        .chain(laws::SMALL_STRAINS)
         .chain(["bond_memory"])
     {
         let law = laws::law(name);
@@ -190,7 +170,7 @@ fn an_undeformed_or_translated_body_has_exactly_no_force() {
 /// are rounded to about 1e-15 of a spacing.
 #[test]
 fn a_rotated_body_has_no_force() {
-    for name in CATALOGUE.into_iter().chain(["bond_memory"]) {
+    for name in laws::FINITE_STRAINS.into_iter().chain(["bond_memory"]) {
         let law = laws::law(name);
         for flavour in laws::flavours(&law).into_iter().filter(|f| f.dim() > 1) {
             for body in [bodies::carved(flavour, 1), bodies::cloud(flavour, 2)] {
@@ -256,7 +236,7 @@ fn node_values_without_a_sum_are_outputs() {
 /// A stretched body does have a force: the tests above compare with something.
 #[test]
 fn a_deformed_body_has_forces() {
-    for name in CATALOGUE {
+    for name in laws::FINITE_STRAINS {
         let law = laws::law(name);
         let flavour = *laws::flavours(&law).last().expect("it serves one");
         let question = Question::deformed(&law, bodies::carved(flavour, 1), 1e-2, 3);

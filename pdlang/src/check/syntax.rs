@@ -3,31 +3,9 @@
 use crate::check::suggest;
 use crate::diag::Diagnostic;
 use crate::span::Span;
+use crate::words::{ITEMS, TOP};
 
 const CODE: &str = "PD001";
-
-/// Words that start a definition, for "did you mean".
-const STARTS: [&str; 19] = [
-    "model",
-    "influence",
-    "fn",
-    "param",
-    "let",
-    "node",
-    "bond",
-    "energy",
-    "pair",
-    "state",
-    "force",
-    "field",
-    "rate",
-    "history",
-    "update",
-    "family",
-    "weight",
-    "break",
-    "probe",
-];
 
 /// What could have stood at the place of an error.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -72,12 +50,13 @@ pub(crate) fn unexpected(
             .at(before, format!("after this, expected {list}")),
         _ => finding.at(span, format!("expected {list}")),
     };
-    if named && STARTS.contains(&token) {
+    let words = TOP.into_iter().chain(ITEMS);
+    if named && words.clone().any(|word| word == token) {
         return finding.help(format!(
             "`{token}` begins a definition, and so it is no name"
         ));
     }
-    match suggest::question(token, STARTS).filter(|_| starts) {
+    match suggest::question(token, words).filter(|_| starts) {
         Some(question) => finding.help(question),
         None => finding,
     }

@@ -1,6 +1,7 @@
 //! Pieces as lines: where they break, how deep they stand, and what stands between two tokens.
 
 use super::pieces::Piece;
+use crate::words::{ITEMS, TOP};
 
 /// A line of the canonical form, without its columns.
 #[derive(Clone, Debug, Default)]
@@ -42,25 +43,6 @@ enum Bracket {
     Case,
 }
 
-const ITEMS: [&str; 16] = [
-    "influence",
-    "param",
-    "let",
-    "node",
-    "bond",
-    "energy",
-    "pair",
-    "state",
-    "field",
-    "rate",
-    "history",
-    "update",
-    "family",
-    "weight",
-    "break",
-    "probe",
-];
-const TOP: [&str; 7] = ["model", "influence", "fn", "let", "node", "bond", "use"];
 const PROBE: [&str; 5] = ["let", "node", "lattice", "break", "expect"];
 /// What puts a blank on both sides, if the author put one on either.
 const OPERATORS: [&str; 12] = ["+", "-", "*", "/", "·", "<", ">", "<=", ">=", "≤", "≥", "^"];
