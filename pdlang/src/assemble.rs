@@ -28,8 +28,20 @@ struct Answers {
     pairwise: bool,
 }
 
+/// What one stage hands to the next.
+pub enum Between<'a> {
+    /// Lowered and derived.
+    Answers(&'a Algebra, &'a Responses),
+    Schedule(&'a mut Algebra, &'a Schedule),
+}
+
 /// Compiles a law for bodies of `dim` dimensions.
 pub fn spec(law: &Law, dim: usize) -> Result<Spec, TooLarge> {
+    watched(law, dim, &mut |_| {})
+}
+
+/// As [`spec`]; `watch` sees what stands between the stages.
+pub fn watched(law: &Law, dim: usize, watch: &mut dyn FnMut(Between)) -> Result<Spec, TooLarge> {
     let mut algebra = Algebra::default();
     let mut lowering = Lowering::new(law, dim, &mut algebra);
     let weights = weights(&mut lowering);
@@ -41,7 +53,9 @@ pub fn spec(law: &Law, dim: usize) -> Result<Spec, TooLarge> {
     let components = |h: &History| stored_components(h.shape, dim) as u32;
     let remembered = law.histories.iter().map(components).sum();
     let mut schedule = Schedule::new(dim, state_names(law, dim), remembered);
+    watch(Between::Answers(&algebra, &answers.responses));
     schedule.build(&mut algebra, &answers.responses);
+    watch(Between::Schedule(&mut algebra, &schedule));
     name_slots(&mut schedule, &answers.responses);
     let mut constants = Constants::default();
     let families = families(law, &mut algebra, &mut constants, &filters);

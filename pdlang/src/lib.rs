@@ -26,6 +26,7 @@ pub mod ratio;
 mod resolve;
 pub mod rust;
 pub mod schedule;
+pub mod sound;
 pub mod span;
 pub mod spec;
 pub mod sweep;

@@ -311,6 +311,11 @@ impl Algebra {
         &self.atoms[id.0 as usize]
     }
 
+    /// All atoms so far, by id.
+    pub fn atoms(&self) -> &[Atom] {
+        &self.atoms
+    }
+
     pub fn nature(&self, id: AtomId) -> Nature {
         self.natures[id.0 as usize]
     }

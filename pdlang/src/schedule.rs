@@ -53,11 +53,13 @@ pub struct Draft {
 /// Where a sweep stands in the order; no family: nodes only.
 pub type Key = (Time, Option<(FamilyId, Reduction)>);
 
+#[derive(Clone)]
 pub struct Quantity {
     pub time: Time,
     pub slot: u32,
 }
 
+#[derive(Clone)]
 pub struct Schedule {
     pub slots: Vec<SlotSpec>,
     pub drafts: BTreeMap<Key, Draft>,

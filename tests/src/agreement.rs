@@ -114,10 +114,18 @@ impl Difference {
     }
 }
 
-/// The compiled form of a law, as the runtime reads it.
+/// The compiled form of a law, as the runtime reads it. Every stage of the compiler is checked, and that nothing gets
+/// lost between the two.
 pub fn spec(law: &ir::Law, dim: usize) -> Spec {
-    let spec = pdlang::assemble::spec(law, dim).expect("the law compiles");
-    serde_json::from_str(&spec.json()).expect("the runtime reads what the compiler writes")
+    let (spec, unsound) = pdlang::sound::compiled(law, dim).expect("the law compiles");
+    assert!(unsound.is_empty(), "{} in {dim}D: {unsound:#?}", law.name);
+    let json = spec.json();
+    let read: Spec =
+        serde_json::from_str(&json).expect("the runtime reads what the compiler writes");
+    let value = |text: &str| serde_json::from_str::<serde_json::Value>(text).expect("JSON");
+    let again = serde_json::to_string(&read).expect("numbers are finite");
+    assert_eq!(value(&json), value(&again), "{} in {dim}D", law.name);
+    read
 }
 
 /// An influence function, as the runtime reads it.
