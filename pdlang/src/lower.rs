@@ -5,6 +5,8 @@
 //! loses digits. [`Reading::Split`] inlines all but long definitions and splits reductions into sums of single monomials
 //! with node factors pulled out; the force is derived from that, because there equal sums meet and cancel.
 
+mod tensors;
+
 use std::collections::HashMap;
 
 use crate::ir::{
@@ -419,139 +421,6 @@ impl<'a> Lowering<'a> {
             Builtin::Max => simple(self, Func::Max),
             Builtin::Select => simple(self, Func::Select),
         }
-    }
-
-    fn dot(&mut self, u: &[Poly], v: &[Poly]) -> Poly {
-        let mut all_xi = true;
-        let mut all_y = true;
-        for a in 0..self.dim {
-            let xi = self.algebra.poly(Atom::Xi(a as u8));
-            let y = self.algebra.poly(Atom::Y(a as u8));
-            all_xi &= u[a] == xi && v[a] == xi;
-            all_y &= u[a] == y && v[a] == y;
-        }
-        if all_xi {
-            let x = self.algebra.intern(Atom::X);
-            return Poly::power(x, 2);
-        }
-        if all_y {
-            let y = self.algebra.deformed_length();
-            return self.algebra.powi(&y, 2);
-        }
-        let mut sum = Poly::zero();
-        for (p, q) in u.iter().zip(v) {
-            let t = self.algebra.mul(p, q);
-            sum = self.algebra.add(&sum, &t);
-        }
-        sum
-    }
-
-    fn norm(&mut self, v: &[Poly]) -> Poly {
-        let squared = self.dot(v, v);
-        self.algebra.sqrt(&squared)
-    }
-
-    fn outer(&mut self, u: &[Poly], v: &[Poly]) -> Value {
-        (0..self.dim * self.dim)
-            .map(|k| self.algebra.mul(&u[k / self.dim], &v[k % self.dim]))
-            .collect()
-    }
-
-    fn trace(&mut self, t: &[Poly]) -> Poly {
-        (0..self.dim).fold(Poly::zero(), |s, a| {
-            self.algebra.add(&s, &t[a * self.dim + a])
-        })
-    }
-
-    fn transpose(&self, t: &[Poly]) -> Value {
-        (0..self.dim * self.dim)
-            .map(|k| t[(k % self.dim) * self.dim + k / self.dim].clone())
-            .collect()
-    }
-
-    fn diagonal(&self, v: &[Poly], shape: Shape) -> Value {
-        let d = self.dim;
-        match shape {
-            Shape::Vector => (0..d * d)
-                .map(|k| match k / d == k % d {
-                    true => v[k / d].clone(),
-                    false => Poly::zero(),
-                })
-                .collect(),
-            _ => (0..d).map(|a| v[a * d + a].clone()).collect(),
-        }
-    }
-
-    fn sym(&mut self, t: &[Poly]) -> Value {
-        let half = Ratio::from_f64(0.5).unwrap_or(Ratio::ONE);
-        let transposed = self.transpose(t);
-        let sums: Vec<Poly> = t
-            .iter()
-            .zip(&transposed)
-            .map(|(p, q)| self.algebra.add(p, q))
-            .collect();
-        sums.iter().map(|p| self.algebra.scale(p, half)).collect()
-    }
-
-    fn dev(&mut self, t: &[Poly]) -> Value {
-        let third = Ratio::ONE
-            .div(Ratio::int(self.dim as i64))
-            .unwrap_or(Ratio::ONE);
-        let trace = self.trace(t);
-        let mean = self.algebra.scale(&trace, third);
-        let eye = self.identity();
-        (0..t.len())
-            .map(|k| {
-                if eye[k].is_zero() {
-                    t[k].clone()
-                } else {
-                    self.algebra.sub(&t[k], &mean)
-                }
-            })
-            .collect()
-    }
-
-    fn minor(&mut self, t: &[Poly], r: usize, c: usize) -> Poly {
-        let d = self.dim;
-        let pick = |r: usize, c: usize| t[(r % d) * d + c % d].clone();
-        match d {
-            1 => Poly::int(1),
-            2 => {
-                let m = pick(r + 1, c + 1);
-                if (r + c).is_multiple_of(2) {
-                    m
-                } else {
-                    m.neg()
-                }
-            }
-            // Cyclic indices carry the sign in three dimensions.
-            _ => {
-                let p = self.algebra.mul(&pick(r + 1, c + 1), &pick(r + 2, c + 2));
-                let q = self.algebra.mul(&pick(r + 1, c + 2), &pick(r + 2, c + 1));
-                self.algebra.sub(&p, &q)
-            }
-        }
-    }
-
-    fn det(&mut self, t: &[Poly]) -> Poly {
-        let mut sum = Poly::zero();
-        for c in 0..self.dim {
-            let m = self.minor(t, 0, c);
-            let p = self.algebra.mul(&t[c], &m);
-            sum = self.algebra.add(&sum, &p);
-        }
-        sum
-    }
-
-    fn inverse(&mut self, t: &[Poly]) -> Value {
-        let det = self.det(t);
-        let r = self.algebra.recip(&det);
-        (0..t.len())
-            .map(|k| {
-                let m = self.minor(t, k % self.dim, k / self.dim);
-                self.algebra.mul(&m, &r)
-            })
-            .collect()
     }
 
     /// Means and counts are sums; the least value is minus the largest of the opposite.
