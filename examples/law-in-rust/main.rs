@@ -78,6 +78,7 @@ fn bar(nodes: u32) -> Body {
             .collect(),
         volume: vec![SPACING; nodes as usize],
         material: vec![],
+        regions: vec![],
         cross: 1.0,
         grid: Some(Grid {
             origin: [start, 0.0, 0.0],

@@ -188,17 +188,21 @@ pub enum Meet {
     #[default]
     Arithmetic,
     Harmonic,
+    /// By the lengths of the bond in the two materials, 1/(fa/a + fb/b).
+    Series,
     Min,
     Max,
-    /// As it is written, and as a tape in which `Var(0)` and `Var(1)` are the values of the two ends.
+    /// As it is written, and as a tape in which `Var(0)` and `Var(1)` are the values of the two ends, `Var(2)` and
+    /// `Var(3)` the fractions of the bond in their materials.
     Formula(String, Tape),
 }
 
 impl Meet {
     /// The words of the language.
-    pub const WORDS: [(&str, Meet); 4] = [
+    pub const WORDS: [(&str, Meet); 5] = [
         ("arithmetic", Meet::Arithmetic),
         ("harmonic", Meet::Harmonic),
+        ("series", Meet::Series),
         ("min", Meet::Min),
         ("max", Meet::Max),
     ];

@@ -1,5 +1,7 @@
 //! A body: nodes with reference positions and volumes.
 
+use crate::shape::Shape;
+
 /// Dimension and the constraint in the directions that are left out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Flavour {
@@ -48,6 +50,9 @@ pub struct Body {
     pub volume: Vec<f64>,
     /// Material of every node, by its position among the parameter sets; empty: the first one everywhere.
     pub material: Vec<u8>,
+    /// Where the body has other material values, for laws that ask how much of a bond lies in either of two materials;
+    /// of several that hold a point the last counts. Empty: not known, and bonds have half in each.
+    pub regions: Vec<Shape>,
     /// Thickness (2D) [m] or cross-section (1D) [m^2]; 1 in 3D.
     pub cross: f64,
     /// Set when every node sits on a cell of one regular grid; the lattice traversal needs it.

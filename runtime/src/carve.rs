@@ -226,6 +226,7 @@ fn body(c: &Carve, ranges: &[Range; 3], mut cells: Vec<[u32; 3]>) -> Body {
         volume: vec![volume; x.len()],
         x,
         material: vec![],
+        regions: vec![],
         cross,
         grid: Some(Grid {
             origin,

@@ -8,6 +8,7 @@ mod check;
 mod constants;
 mod error;
 mod geometry;
+mod meets;
 mod memory;
 mod needs;
 mod program;

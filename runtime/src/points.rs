@@ -84,6 +84,7 @@ fn empty(points: &Points) -> Body {
         x: Vec::new(),
         volume: Vec::new(),
         material: vec![],
+        regions: vec![],
         cross: if points.flavour.dim() == 3 {
             1.0
         } else {

@@ -516,7 +516,7 @@ fn fingerprint(setup: &Setup, spec: &Spec) -> Result<u64, InputError> {
     ));
     let body = &setup.body;
     f.debug(&(body.flavour, body.periodic, &setup.density));
-    f.debug(&(body.cross, body.spacing, &body.material));
+    f.debug(&(body.cross, body.spacing, &body.material, &body.regions));
     setup
         .body
         .x

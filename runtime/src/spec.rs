@@ -4,7 +4,6 @@
 //! tape of constants, and the sweeps in the order in which they run. A tape is a list of operations in
 //! single-assignment form: operation number n defines register n.
 
-use crate::tape::{Function, TapeError};
 use serde::{Deserialize, Serialize};
 
 /// A law at one dimension (1, 2 or 3).
@@ -71,27 +70,13 @@ pub enum Meet {
     Arithmetic,
     /// 2 a b/(a + b)
     Harmonic,
+    /// 1/(fa/a + fb/b), `fa` and `fb` being the fractions of the bond in the two materials.
+    Series,
     Min,
     Max,
-    /// As the law writes it, and as a tape: `Var(0)` and `Var(1)` are the values of the two ends.
+    /// As the law writes it, and as a tape: `Var(0)` and `Var(1)` are the values of the two ends, `Var(2)` and `Var(3)`
+    /// the fractions of the bond in their materials.
     Formula(String, Tape),
-}
-
-impl Meet {
-    /// # Errors
-    /// A formula whose tape is not one of two variables.
-    pub fn of(&self, a: f64, b: f64) -> Result<f64, TapeError> {
-        Ok(match self {
-            _ if a == b => a,
-            Meet::Formula(_, tape) => Function::new(tape, 2)?.call(&[a, b]),
-            Meet::Arithmetic => 0.5 * (a + b),
-            Meet::Harmonic if a.is_infinite() => 2.0 * b,
-            Meet::Harmonic if b.is_infinite() => 2.0 * a,
-            Meet::Harmonic => 2.0 * a * b / (a + b),
-            Meet::Min => a.min(b),
-            Meet::Max => a.max(b),
-        })
-    }
 }
 
 /// A finite or infinite number; JSON has no infinity.

@@ -77,6 +77,7 @@ fn from_cells(flavour: Flavour, shape: [u32; 3], cell: Vec<[u32; 3]>, periodic: 
         x: cell.iter().map(at).collect(),
         volume: vec![cell_volume(flavour); cell.len()],
         material: vec![],
+        regions: vec![],
         cross: cross(flavour),
         grid: Some(Grid {
             origin,

@@ -15,6 +15,7 @@ fn pair(flavour: Flavour, length: f64) -> Body {
         x: vec![[0.0; 3], [length, 0.0, 0.0]],
         volume: vec![1.0; 2],
         material: vec![],
+        regions: vec![],
         cross: 1.0,
         grid: None,
         spacing: length,

@@ -189,6 +189,7 @@ fn two_nodes_exchange_heat() {
             x: vec![[0.0; 3], [length, 0.0, 0.0]],
             volume: vec![volume; 2],
             material: vec![],
+            regions: vec![],
             cross: 1.0,
             grid: None,
             spacing: length,

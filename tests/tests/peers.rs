@@ -21,6 +21,7 @@ fn body() -> Body {
         x: positions(),
         volume: vec![VOLUME; CELLS.pow(3)],
         material: vec![],
+        regions: vec![],
         cross: 1.0,
         grid: Some(grid),
         spacing: DX,

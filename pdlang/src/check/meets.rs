@@ -14,7 +14,8 @@ pub(crate) fn unknown(word: &str, span: Span) -> Diagnostic {
     match suggest::nearest(word, &words) {
         Some(near) => finding.help(format!("did you mean `{near}`?")),
         None => finding.help(format!(
-            "choose one of {}, or write an expression in `a` and `b`, the values of the two materials",
+            "choose one of {}, or write an expression in `a` and `b`, the values of the two materials, and in \
+             `fa` and `fb`, the fractions of the bond in each",
             words.join(", ")
         )),
     }
@@ -27,7 +28,7 @@ pub(crate) fn of_flavour(span: Span) -> Diagnostic {
 
 pub(crate) fn not_symmetric(span: Span) -> Diagnostic {
     Diagnostic::error(CODE, "a bond would have two values of this parameter")
-        .at(span, "another value when `a` and `b` change places")
+        .at(span, "another value when the two ends change places")
         .help("which end of a bond is `a` depends on the end from which it is seen")
 }
 
@@ -56,6 +57,9 @@ mod tests {
             "sqrt(a*b)",
             "select(a > b, b, a)",
             "(a^3 + b^3)/(a^2 + b^2)",
+            "1/(fa/a + fb/b)",
+            "fa*a + fb*b",
+            "select(fa > fb, a, select(fb > fa, b, (a + b)/2))",
         ] {
             accept(&with(meet));
         }
@@ -64,5 +68,18 @@ mod tests {
         refuse(&with("a + b"), "PD035", "a + b");
         refuse(&with("a*b"), "PD034", "a*b");
         refuse(&with("(a + c)/2"), "PD002", "c");
+        refuse(&with("fb*a + fa^2*b"), "PD035", "fb*a + fa^2*b");
+        refuse(&with("fa*a"), "PD035", "fa*a");
+        refuse(&with("2*fa*a + 2*fb*b"), "PD035", "2*fa*a + 2*fb*b");
+        refuse(&with("a/(1 + fa/a)"), "PD012", "fa/a");
+    }
+
+    #[test]
+    fn fractions_are_known_where_materials_meet_only() {
+        refuse(
+            "param k : number meets series \"k\" let c = fa*k",
+            "PD002",
+            "fa",
+        );
     }
 }

@@ -35,7 +35,7 @@ pub fn spec(s: &Spec) -> Vec<String> {
         if let Meet::Formula(_, tape) = &p.meet {
             report.at(format!("parameter `{}`", p.name));
             check(&mut report, tape, Place::Meet, &|port| match port {
-                Port::Var => 2,
+                Port::Var => 4,
                 _ => 0,
             });
         }

@@ -1,18 +1,24 @@
 //! Constants of the law: parameters, case of the flavour, integrals over the horizon.
+use super::meets::{Fractions, HALVES, Regions, Rule};
 use super::{Settings, SetupError};
-use crate::body::{Body, Flavour};
+use crate::body::Body;
 use crate::layout::{INCLUSIVE, partial_volume};
 use crate::spec::Spec;
 use crate::tape::{
     Code, Influence, Leaf, Leaves, Limits, Place, ball, length, length_squared, numbers,
 };
+use std::sync::OnceLock;
 
 /// What every reference quantity reads.
-pub(super) struct Materials {
+pub(super) struct Materials<'a> {
     /// Number of materials.
     pub count: usize,
     /// Of a bond from material a to material b, at `a * count + b`.
     pub pairs: Vec<Pair>,
+    maker: Maker<'a>,
+    regions: Regions,
+    /// What went wrong on a bond between two materials.
+    failure: OnceLock<SetupError>,
 }
 
 /// What two materials have on the bonds between them.
@@ -20,78 +26,167 @@ pub(super) struct Pair {
     /// [m]
     pub horizon: f64,
     pub influences: Vec<Influence>,
+    /// Where they depend on how much of a bond lies in either material, those of half in each.
     pub constants: Vec<f64>,
+    by_lengths: Option<ByLengths>,
 }
 
-impl Materials {
+/// What is the same on all bonds of a pair whose constants are not.
+struct ByLengths {
+    /// Integrals over the horizon, by position; `None` where the lengths count.
+    balls: Vec<Option<f64>>,
+    /// A full lattice family, where sums over it stand for integrals.
+    lattice: Option<Vec<(f64, f64)>>,
+}
+
+impl<'a> Materials<'a> {
+    pub fn new(
+        spec: &'a Spec,
+        body: &'a Body,
+        settings: &'a Settings,
+    ) -> Result<Materials<'a>, SetupError> {
+        let maker = Maker::new(spec, body, settings)?;
+        let count = settings.materials.len();
+        let pairs = (0..count * count).map(|pair| maker.pair(pair / count, pair % count));
+        Ok(Materials {
+            count,
+            pairs: pairs.collect::<Result<_, _>>()?,
+            maker,
+            regions: Regions::new(body),
+            failure: OnceLock::new(),
+        })
+    }
+
     /// Constants of the nodes of each material.
     pub fn own(&self) -> Vec<Vec<f64>> {
         (0..self.count)
             .map(|m| self.pairs[m * self.count + m].constants.clone())
             .collect()
     }
+
+    /// Constants on a bond between a pair of materials, by the positions of its ends. `room` is for them where the bond
+    /// has its own. What goes wrong is told by [`Materials::check`].
+    pub fn on_bond<'r>(
+        &'r self,
+        pair: usize,
+        ends: [[f64; 3]; 2],
+        room: &'r mut Vec<f64>,
+    ) -> &'r [f64] {
+        let Some(by_lengths) = &self.pairs[pair].by_lengths else {
+            return &self.pairs[pair].constants;
+        };
+        // From the end with the first material, so that both ends have the same bits.
+        let (mut a, mut b) = (pair / self.count, pair % self.count);
+        let [mut from, mut to] = ends;
+        if a > b {
+            (a, b, from, to) = (b, a, to, from);
+        }
+        let pair = &self.pairs[a * self.count + b];
+        let params = self.maker.params(a, b, self.regions.fractions(from, to));
+        let made = AtConstants {
+            maker: &self.maker,
+            horizon: pair.horizon,
+            params: &params,
+            influences: &pair.influences,
+            lattice: by_lengths.lattice.as_deref(),
+            balls: by_lengths.balls.clone(),
+            failed: false,
+        }
+        .constants();
+        *room = made.map_or_else(
+            |error| {
+                self.failure.get_or_init(|| error);
+                pair.constants.clone()
+            },
+            |made| made.0,
+        );
+        room
+    }
+
+    /// # Errors
+    /// The first that [`Materials::on_bond`] met.
+    pub fn check(&self) -> Result<(), SetupError> {
+        self.failure.get().map_or(Ok(()), |e| Err(e.clone()))
+    }
 }
 
-pub(super) fn materials(
-    spec: &Spec,
-    body: &Body,
-    settings: &Settings,
-) -> Result<Materials, SetupError> {
-    let fail = |m: String| SetupError::law(&spec.law, m);
-    let limits = Limits {
-        params: spec.params.len(),
-        influences: settings.influences.len(),
-        ..Limits::default()
-    };
-    let code = Code::new(&spec.constants, Place::Constants, &limits, body.flavour)
-        .map_err(|e| fail(format!("constants: {e}")))?;
-    let count = settings.materials.len();
-    let mut pairs = Vec::with_capacity(count * count);
-    for (m, a) in settings.materials.iter().enumerate() {
-        for (n, b) in settings.materials.iter().enumerate() {
-            let horizon = settings.met_horizon(m, n);
-            let influences = settings.influences.iter();
-            let influences: Vec<Influence> = influences
-                .map(|(f, values)| Influence::new(f, values, horizon))
-                .collect::<Result<_, _>>()
-                .map_err(|e| fail(e.to_string()))?;
-            let lattice = match settings.lattice_constants {
-                true => Some(full_family(body, horizon, settings.partial_volume)?),
-                false => None,
-            };
-            let ends = spec.params.iter().zip(a.iter().zip(b));
-            let params: Result<Vec<f64>, _> = ends.map(|(p, (a, b))| p.meet.of(*a, *b)).collect();
-            let params = params.map_err(|e| fail(format!("how parameters meet: {e}")))?;
-            let mut leaves = AtConstants {
-                code: &code,
-                body,
-                horizon,
-                params: &params,
-                influences: &influences,
-                lattice: lattice.as_deref(),
-                failed: false,
-            };
-            let mut constants = vec![0.0; code.outs.len()];
-            numbers(&code, &mut leaves, &mut constants);
-            if leaves.failed {
-                return Err(fail(
-                    "an integral over the horizon does not converge: choose another influence function"
-                        .into(),
-                ));
-            }
-            if let Some(k) = constants.iter().position(|c| c.is_nan()) {
-                return Err(fail(format!(
-                    "constant {k} is not a number: check the parameters {params:?}"
-                )));
-            }
-            pairs.push(Pair {
-                horizon,
-                influences,
-                constants,
-            });
-        }
+/// What the constants of all pairs are made of.
+struct Maker<'a> {
+    spec: &'a Spec,
+    body: &'a Body,
+    settings: &'a Settings,
+    code: Code,
+    /// How each parameter meets.
+    rules: Vec<Rule>,
+}
+
+impl<'a> Maker<'a> {
+    fn new(
+        spec: &'a Spec,
+        body: &'a Body,
+        settings: &'a Settings,
+    ) -> Result<Maker<'a>, SetupError> {
+        let limits = Limits {
+            params: spec.params.len(),
+            influences: settings.influences.len(),
+            ..Limits::default()
+        };
+        let code = Code::new(&spec.constants, Place::Constants, &limits, body.flavour)
+            .map_err(|e| SetupError::law(&spec.law, format!("constants: {e}")))?;
+        Ok(Maker {
+            spec,
+            body,
+            settings,
+            code,
+            rules: Rule::all(spec)?,
+        })
     }
-    Ok(Materials { count, pairs })
+
+    /// Parameters on a bond between two materials.
+    fn params(&self, a: usize, b: usize, fractions: Fractions) -> Vec<f64> {
+        let [a, b] = [a, b].map(|m| &self.settings.materials[m]);
+        let ends = self.rules.iter().zip(a.iter().zip(b));
+        ends.map(|(rule, (a, b))| rule.of(*a, *b, fractions))
+            .collect()
+    }
+
+    fn pair(&self, a: usize, b: usize) -> Result<Pair, SetupError> {
+        let settings = self.settings;
+        let horizon = settings.met_horizon(a, b);
+        let influences = settings.influences.iter();
+        let influences: Vec<Influence> = influences
+            .map(|(f, values)| Influence::new(f, values, horizon))
+            .collect::<Result<_, _>>()
+            .map_err(|e| SetupError::law(&self.spec.law, e))?;
+        let lattice = match settings.lattice_constants {
+            true => Some(full_family(self.body, horizon, settings.partial_volume)?),
+            false => None,
+        };
+        let params = self.params(a, b, HALVES);
+        let (constants, balls) = AtConstants {
+            maker: self,
+            horizon,
+            params: &params,
+            influences: &influences,
+            lattice: lattice.as_deref(),
+            balls: vec![None; self.code.balls.len()],
+            failed: false,
+        }
+        .constants()?;
+        let [p, q] = [a, b].map(|m| &settings.materials[m]);
+        let varies = |k: usize| self.rules[k].by_lengths() && p[k] != q[k];
+        let fixed = |(ball, value): (&Code, Option<f64>)| value.filter(|_| !ball.reads(&varies));
+        let by_lengths = (0..params.len()).any(varies).then(|| ByLengths {
+            balls: self.code.balls.iter().zip(balls).map(fixed).collect(),
+            lattice,
+        });
+        Ok(Pair {
+            horizon,
+            influences,
+            constants,
+            by_lengths,
+        })
+    }
 }
 
 /// Distances and weights of a full lattice family.
@@ -126,16 +221,37 @@ fn full_family(body: &Body, delta: f64, partial: bool) -> Result<Vec<(f64, f64)>
 }
 
 struct AtConstants<'a> {
-    code: &'a Code,
-    body: &'a Body,
+    maker: &'a Maker<'a>,
     horizon: f64,
     params: &'a [f64],
     influences: &'a [Influence],
     lattice: Option<&'a [(f64, f64)]>,
+    /// Integrals, as far as they are known.
+    balls: Vec<Option<f64>>,
     failed: bool,
 }
 
 impl AtConstants<'_> {
+    /// The constants, and the integrals in them.
+    fn constants(mut self) -> Result<(Vec<f64>, Vec<Option<f64>>), SetupError> {
+        let fail = |m: String| SetupError::law(&self.maker.spec.law, m);
+        let mut constants = vec![0.0; self.maker.code.outs.len()];
+        numbers(&self.maker.code, &mut self, &mut constants);
+        if self.failed {
+            return Err(fail(
+                "an integral over the horizon does not converge: choose another influence function"
+                    .into(),
+            ));
+        }
+        if let Some(k) = constants.iter().position(|c| c.is_nan()) {
+            return Err(fail(format!(
+                "constant {k} is not a number: check the parameters {:?}",
+                self.params
+            )));
+        }
+        Ok((constants, self.balls))
+    }
+
     fn ball(&mut self, inner: &Code) -> f64 {
         let mut at = |r: f64| {
             let mut out = [0.0];
@@ -151,8 +267,9 @@ impl AtConstants<'_> {
         if let Some(family) = self.lattice {
             return family.iter().map(|&(r, weight)| at(r) * weight).sum();
         }
-        let flavour: Flavour = self.body.flavour;
-        ball(&mut at, flavour.dim(), self.horizon, self.body.cross).unwrap_or_else(|| {
+        let body = self.maker.body;
+        let dim = body.flavour.dim();
+        ball(&mut at, dim, self.horizon, body.cross).unwrap_or_else(|| {
             self.failed = true;
             0.0
         })
@@ -164,7 +281,14 @@ impl Leaves<f64> for AtConstants<'_> {
         match leaf {
             Leaf::Param => self.params[k],
             Leaf::Delta => self.horizon,
-            Leaf::Ball => self.ball(&self.code.balls[k]),
+            Leaf::Ball => match self.balls[k] {
+                Some(known) => known,
+                None => {
+                    let value = self.ball(&self.maker.code.balls[k]);
+                    self.balls[k] = Some(value);
+                    value
+                }
+            },
             _ => 0.0,
         }
     }
@@ -192,7 +316,8 @@ impl Leaves<f64> for AtDistance<'_> {
 
 /// At a reference bond: what geometry and filter tapes read.
 pub(super) struct AtReferenceBond<'a> {
-    pub pair: &'a Pair,
+    pub constants: &'a [f64],
+    pub influences: &'a [Influence],
     pub xi: [f64; 3],
     pub length: f64,
     pub weight: f64,
@@ -202,10 +327,10 @@ impl Leaves<f64> for AtReferenceBond<'_> {
     #[inline(always)]
     fn leaf(&mut self, leaf: Leaf, k: usize) -> f64 {
         match leaf {
-            Leaf::Const => self.pair.constants[k],
+            Leaf::Const => self.constants[k],
             Leaf::Xi => self.xi[k],
             Leaf::X => self.length,
-            Leaf::Omega => self.pair.influences[k].at(self.length),
+            Leaf::Omega => self.influences[k].at(self.length),
             Leaf::Weight => self.weight,
             _ => 0.0,
         }

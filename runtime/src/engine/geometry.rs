@@ -6,7 +6,7 @@ use crate::kernel::norm_squared;
 use crate::lane::{Isa, Memory};
 use crate::layout::{Entry, Family, Layout, Shape};
 use crate::spec::{Op, Spec, Tape};
-use crate::tape::{Code, length, numbers, operands};
+use crate::tape::{length, numbers, operands};
 use crate::traverse::{CHUNK, MAX_GEOMETRY};
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -34,45 +34,23 @@ pub(super) fn table(
         record[0] = f64::from_bits(entry.offset as u64);
         record[1..=dim].copy_from_slice(&entry.xi[..dim]);
         record[1 + dim] = reciprocal_length(isa, dim, entry.xi);
-        evaluate(
-            &p.geometry,
-            materials,
-            0,
-            dim,
-            entry.xi,
-            entry.weight,
-            &mut record[2 + dim..],
-        );
+        let bond = AtReferenceBond {
+            constants: &materials.pairs[0].constants,
+            influences: &materials.pairs[0].influences,
+            xi: entry.xi,
+            length: length(entry.xi, dim),
+            weight: entry.weight,
+        };
+        numbers(&p.geometry, &mut { bond }, &mut record[2 + dim..]);
     }
     Geometry::Table { stride, values }
-}
-
-fn evaluate(
-    code: &Code,
-    materials: &Materials,
-    pair: usize,
-    dim: usize,
-    xi: [f64; 3],
-    weight: f64,
-    out: &mut [f64],
-) {
-    numbers(
-        code,
-        &mut AtReferenceBond {
-            pair: &materials.pairs[pair],
-            xi,
-            length: length(xi, dim),
-            weight,
-        },
-        out,
-    );
 }
 
 /// Streams for a cloud. Sweeps that need the same value of the same family share its stream.
 pub(super) struct Streams<'a> {
     pub layout: &'a Layout,
     pub families: &'a [Family],
-    pub materials: &'a Materials,
+    pub materials: &'a Materials<'a>,
     /// Weight [m^3] of the bond to a slot, between a pair of materials.
     pub weight: &'a (dyn Fn([f64; 3], usize, usize) -> f64 + Sync),
     pub values: Vec<Vec<f64>>,
@@ -83,7 +61,7 @@ impl<'a> Streams<'a> {
     pub fn new(
         layout: &'a Layout,
         families: &'a [Family],
-        materials: &'a Materials,
+        materials: &'a Materials<'a>,
         weight: &'a (dyn Fn([f64; 3], usize, usize) -> f64 + Sync),
     ) -> Streams<'a> {
         Streams {
@@ -133,19 +111,11 @@ impl<'a> Streams<'a> {
             .into_par_iter()
             .enumerate()
             .for_each(|(chunk, mut parts)| {
-                let mut out = vec![0.0; p.geometry.outs.len()];
+                let (mut out, mut room) = (vec![0.0; p.geometry.outs.len()], vec![]);
                 for (n, row) in family.rows(chunk).enumerate() {
                     for lane in 0..CHUNK {
-                        let (xi, weight, pair) = self.bond(family, chunk, row, lane);
-                        evaluate(
-                            &p.geometry,
-                            self.materials,
-                            pair,
-                            self.layout.dim,
-                            xi,
-                            weight,
-                            &mut out,
-                        );
+                        let mut bond = self.bond(family, (chunk, row, lane), &mut room);
+                        numbers(&p.geometry, &mut bond, &mut out);
                         for (part, &position) in parts.iter_mut().zip(places) {
                             part[n * CHUNK + lane] = out[position];
                         }
@@ -154,32 +124,41 @@ impl<'a> Streams<'a> {
             });
     }
 
-    /// Bond vector, weight and pair of materials; padding weighs nothing.
-    fn bond(
-        &self,
+    /// `room` as in [`Materials::on_bond`]. Padding weighs nothing.
+    fn bond<'r>(
+        &'r self,
         family: &Family,
-        chunk: usize,
-        row: usize,
-        lane: usize,
-    ) -> ([f64; 3], f64, usize) {
+        (chunk, row, lane): (usize, usize, usize),
+        room: &'r mut Vec<f64>,
+    ) -> AtReferenceBond<'r> {
         let (node, other) = (
             self.layout.base[chunk] as usize + lane,
             family.other(self.layout, chunk, row, lane),
         );
-        let (a, b) = (self.layout.position(node), self.layout.position(other));
-        let mut xi = [0.0; 3];
-        for k in 0..self.layout.dim {
-            xi[k] = b[k] - a[k];
-        }
-        let there = family.present[row] >> lane & 1 == 1;
+        let ends = [node, other].map(|slot| self.layout.position(slot));
+        let xi = vector(ends, self.layout.dim);
         let pair = self.layout.pair(node, other);
-        let weight = if there {
-            (self.weight)(xi, other, pair)
-        } else {
-            0.0
+        let there = family.present[row] >> lane & 1 == 1;
+        let (constants, weight) = match there {
+            true => (
+                self.materials.on_bond(pair, ends, room),
+                (self.weight)(xi, other, pair),
+            ),
+            false => (&self.materials.pairs[pair].constants[..], 0.0),
         };
-        (xi, weight, pair)
+        AtReferenceBond {
+            constants,
+            influences: &self.materials.pairs[pair].influences,
+            xi,
+            length: length(xi, self.layout.dim),
+            weight,
+        }
     }
+}
+
+/// From one end to the other.
+pub(super) fn vector([a, b]: [[f64; 3]; 2], dim: usize) -> [f64; 3] {
+    std::array::from_fn(|k| if k < dim { b[k] - a[k] } else { 0.0 })
 }
 
 /// Value numbers: equal operations on equal operands are one value, across tapes of one family.

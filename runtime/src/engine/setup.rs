@@ -1,6 +1,6 @@
 //! Making an engine: check, estimate, lay out, evaluate, run the reference stage.
-use super::constants::{AtReferenceBond, Materials, materials};
-use super::geometry::{Geometry, Streams, entries, table};
+use super::constants::{AtReferenceBond, Materials};
+use super::geometry::{Geometry, Streams, entries, table, vector};
 use super::needs::Needs;
 use super::program::{Choice, Program, programs};
 use super::redo::Redo;
@@ -43,7 +43,7 @@ pub(super) fn engine(body: &Body, law: Law, settings: Settings) -> Result<Engine
             flavour: body.flavour,
         },
     )?;
-    let materials = materials(&spec, body, &settings)?;
+    let materials = Materials::new(&spec, body, &settings)?;
     memory::check(&spec, &programs, body, &settings, lattice)?;
     let filters = filters(&spec, body, &materials)?;
     let (layout, families) = lay_out(body, &settings, lattice, &materials, &filters);
@@ -58,16 +58,11 @@ pub(super) fn engine(body: &Body, law: Law, settings: Settings) -> Result<Engine
     let (geometry, streams) = geometry(
         &spec, &programs, body, &settings, &layout, &families, &materials, isa,
     )?;
+    materials.check()?;
+    let constants = materials.own();
+    drop(materials);
     let mut engine = assemble(
-        spec,
-        isa,
-        lattice,
-        layout,
-        families,
-        programs,
-        geometry,
-        streams,
-        materials.own(),
+        spec, isa, lattice, layout, families, programs, geometry, streams, constants,
     );
     let rest = engine.state();
     engine.refresh_whole(&rest);
@@ -118,7 +113,7 @@ fn use_lattice(body: &Body, settings: &Settings) -> Result<bool, SetupError> {
 fn filters<'a>(
     spec: &Spec,
     body: &Body,
-    materials: &'a Materials,
+    materials: &'a Materials<'a>,
 ) -> Result<Vec<Option<BoxedFilter<'a>>>, SetupError> {
     let dim = spec.dim;
     let limits = Limits {
@@ -133,11 +128,13 @@ fn filters<'a>(
         };
         let code = Code::new(tape, Place::Filter, &limits, body.flavour)
             .map_err(|e| SetupError::law(&spec.law, format!("family `{}`: {e}", f.name)))?;
-        let keep = move |xi: [f64; 3], weight: f64, pair: usize| {
+        let keep = move |ends: [[f64; 3]; 2], weight: f64, pair: usize| {
+            let xi = vector(ends, dim);
             truth(
                 &code,
                 &mut AtReferenceBond {
-                    pair: &materials.pairs[pair],
+                    constants: materials.on_bond(pair, ends, &mut vec![]),
+                    influences: &materials.pairs[pair].influences,
                     xi,
                     length: length(xi, dim),
                     weight,
@@ -149,7 +146,7 @@ fn filters<'a>(
     spec.families.iter().map(one).collect()
 }
 
-type BoxedFilter<'a> = Box<dyn Fn([f64; 3], f64, usize) -> bool + Sync + 'a>;
+type BoxedFilter<'a> = Box<dyn Fn([[f64; 3]; 2], f64, usize) -> bool + Sync + 'a>;
 
 fn lay_out(
     body: &Body,

@@ -23,6 +23,7 @@ pub(super) fn block(flavour: Flavour, shape: [u32; 3], dx: f64) -> Body {
         x: cell.iter().map(|c| c.map(|c| c as f64 * dx)).collect(),
         volume: vec![dx.powi(flavour.dim() as i32) * cross; n],
         material: vec![],
+        regions: vec![],
         cross,
         grid: Some(Grid {
             origin: [0.0; 3],

@@ -42,7 +42,8 @@ pub(crate) fn cloud(
             if let Some(filter) = filter {
                 found.retain(|&q| {
                     let (xi, pair) = (cells.xi(p, q as usize), layout.pair(p, q as usize));
-                    filter(xi, weight(xi, q as usize, pair), pair)
+                    let ends = [p, q as usize].map(|slot| layout.position(slot));
+                    filter(ends, weight(xi, q as usize, pair), pair)
                 });
             }
         };

@@ -242,7 +242,7 @@ fn stencil(plan: &Plan, spacing: f64, delta: f64, partial: bool, volume: f64) ->
 
 /// The bonds that exist: both ends are nodes or images of nodes.
 fn family(layout: &Layout, occupied: &[u32], all: &[Entry], filter: Option<Filter>) -> Family {
-    let keep = |e: &&Entry| filter.is_none_or(|f| f(e.xi, e.weight, 0));
+    let keep = |e: &&Entry| filter.is_none_or(|f| f([[0.0; 3], e.xi], e.weight, 0));
     let mut entries: Vec<Entry> = all.iter().filter(keep).cloned().collect();
     let offsets: Vec<[f64; 3]> = entries.iter().map(|e| e.xi).collect();
     for e in &mut entries {

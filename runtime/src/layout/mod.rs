@@ -19,8 +19,8 @@ pub(crate) const INCLUSIVE: f64 = 1.0 + 1e-9;
 /// No user node: padding and ghosts.
 pub(crate) const NONE: u32 = u32::MAX;
 
-/// Keeps a bond for a named family: reference bond vector [m], weight [m^3], pair of materials.
-pub(crate) type Filter<'a> = &'a (dyn Fn([f64; 3], f64, usize) -> bool + Sync);
+/// Keeps a bond for a named family: reference positions of its ends [m], weight [m^3], pair of materials.
+pub(crate) type Filter<'a> = &'a (dyn Fn([[f64; 3]; 2], f64, usize) -> bool + Sync);
 
 /// Nodes in slots, slots in chunks.
 #[derive(Debug, Default)]

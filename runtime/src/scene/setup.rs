@@ -77,6 +77,7 @@ impl Scene {
                     "move or enlarge its region; nodes on its boundary count",
                 ));
             }
+            body.regions.push(part.region.clone());
             body.material.resize(body.x.len(), 0);
             for node in inside {
                 body.material[node as usize] = (k + 1) as u8;

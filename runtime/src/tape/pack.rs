@@ -127,6 +127,12 @@ enum Kind {
 }
 
 impl Code {
+    /// Whether it reads a parameter of those that `asked` names.
+    pub(crate) fn reads(&self, asked: &impl Fn(usize) -> bool) -> bool {
+        let mut steps = self.steps.iter();
+        steps.any(|step| matches!(*step, Step::Leaf(_, Leaf::Param, k) if asked(k as usize)))
+    }
+
     /// Checks `tape` for its place and packs it.
     pub(crate) fn new(
         tape: &Tape,

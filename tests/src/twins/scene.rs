@@ -35,6 +35,7 @@ pub fn body(n: u32) -> Body {
         x: cell.iter().map(|c| c.map(|c| c as f64 * DX)).collect(),
         volume: vec![DX.powi(3); cell.len()],
         material: vec![],
+        regions: vec![],
         cross: 1.0,
         grid: Some(Grid {
             origin: [0.0; 3],
