@@ -24,6 +24,24 @@ fn graded(
     materials: &[Vec<f64>],
     horizons: &[f64],
 ) -> Engine {
+    walked(
+        question,
+        body,
+        law,
+        materials,
+        horizons,
+        (Traversal::Auto, Isa::Scalar),
+    )
+}
+
+fn walked(
+    question: &Question,
+    body: &Body,
+    law: Law,
+    materials: &[Vec<f64>],
+    horizons: &[f64],
+    (traversal, isa): (Traversal, Isa),
+) -> Engine {
     let chosen = |i: &InfluenceSpec| i.default.clone().map(|f| (f, vec![]));
     let constant = |i: &InfluenceSpec| {
         let (f, values) = laws::influence("constant");
@@ -36,8 +54,8 @@ fn graded(
         partial_volume: false,
         lattice_constants: false,
         without: vec![],
-        traversal: Traversal::Auto,
-        isa: Some(Isa::Scalar),
+        traversal,
+        isa: Some(isa),
     };
     Engine::new(body, law, settings).expect("the body is valid")
 }
@@ -225,6 +243,81 @@ fn a_part_has_its_own_horizon() {
                 for i in nodes {
                     let gap = (mixed[i] - alone[i]).abs();
                     assert!(gap <= 1e-12 * alone[i], "{question}: {gap:e}");
+                }
+            }
+        }
+    }
+}
+
+/// On a grid several materials are rows of several kinds; as a cloud, bonds with values of their own. The answers are
+/// the same, before bonds break, while they do and after, with histories that are read from both ends.
+#[test]
+fn a_lattice_of_several_materials_answers_as_a_cloud() {
+    let others = [
+        "lps_plastic",
+        "lps_viscoelastic",
+        "lamina",
+        "thermo_lps",
+        "correspondence_stabilised",
+        "solid",
+    ];
+    for name in LAWS.into_iter().chain(others) {
+        let law = laws::law(name);
+        for flavour in laws::flavours(&law) {
+            for periodic in [false, true] {
+                let body = match periodic {
+                    true => bodies::lattice(
+                        flavour,
+                        std::array::from_fn(|a| if a < flavour.dim() { [11, 5, 4][a] } else { 1 }),
+                        true,
+                    ),
+                    false => bodies::carved(flavour, 3),
+                };
+                let question = Question::deformed(&law, body, 1e-2, 7);
+                let body = mixed(&question.body);
+                let horizons = [1.0, 0.8, 1.3];
+                let sets = [(14.9e9, 6e9), (1e9, 1e9), (40e9, 11e9)];
+                let limit = question.largest_stretch() * 0.9;
+                let sets =
+                    sets.map(|(k, g)| laws::params(&law, &[("K", k), ("G", g), ("s0", limit)]));
+                let mut answers = vec![];
+                for walk in [
+                    (Traversal::Cloud, Isa::Scalar),
+                    (Traversal::Lattice, Isa::Scalar),
+                    (Traversal::Lattice, Isa::best()),
+                ] {
+                    let law = question.fastest();
+                    let mut e = walked(&question, &body, law, &sets, &horizons, walk);
+                    let mut s = e.state();
+                    s.dt = 1e-7;
+                    for (i, slot) in e.slots().to_vec().into_iter().enumerate() {
+                        let fields = s.slots.iter_mut();
+                        fields.for_each(|q| q[slot as usize] += 1e-4 * (i % 7) as f64);
+                    }
+                    let mut counts = vec![e.report().bonds];
+                    let mut values: Vec<Vec<f64>> = vec![];
+                    for u in &question.path {
+                        spread(&e, u, &mut s.u);
+                        counts.push(e.forces(&mut s, Breaking::Armed));
+                        values.push(gather(&e, e.force()).into_iter().flatten().collect());
+                        values.extend(e.rates().map(|r| per_node(&e, &r.whole(&s))));
+                        let energy = e.energy(&s).to_vec();
+                        if !energy.is_empty() {
+                            values.push(per_node(&e, &energy));
+                        }
+                        counts.push(e.commit(&mut s));
+                    }
+                    answers.push((counts, values));
+                }
+                let size = |v: &[f64]| v.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+                let (counts, values) = &answers[0];
+                for (others, other) in &answers[1..] {
+                    assert_eq!(others, counts, "{question}");
+                    for (a, b) in values.iter().zip(other) {
+                        let gap: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
+                        let off = size(&gap) / size(a).max(f64::MIN_POSITIVE);
+                        assert!(off <= 1e-11, "{question}, periodic {periodic}: {off:e}");
+                    }
                 }
             }
         }

@@ -103,6 +103,11 @@ impl<'a> Materials<'a> {
         room
     }
 
+    /// Whether bonds of one pair may have constants of their own.
+    pub fn by_lengths(&self) -> bool {
+        self.pairs.iter().any(|pair| pair.by_lengths.is_some())
+    }
+
     /// # Errors
     /// The first that [`Materials::on_bond`] met.
     pub fn check(&self) -> Result<(), SetupError> {

@@ -1,4 +1,5 @@
 //! Memory: an estimate before anything is allocated, and a report afterwards.
+use super::geometry::Geometry;
 use super::program::Program;
 use super::setup::neighbours;
 use super::{Engine, Isa, Settings, SetupError};
@@ -30,6 +31,11 @@ impl Engine {
     pub fn report(&self) -> Report {
         let bytes = |v: &[Vec<f64>]| v.iter().map(|v| 8 * v.len()).sum::<usize>();
         let mut bond_bytes = bytes(&self.streams);
+        for geometry in &self.geometry {
+            if let Geometry::Table { values, records } = geometry {
+                bond_bytes += 8 * (values.len() + records.len());
+            }
+        }
         for (f, b) in self.families.iter().zip(&self.bonds) {
             bond_bytes += f.bytes()
                 + f.present.len()
@@ -85,7 +91,7 @@ fn estimate(spec: &Spec, programs: &[Program], body: &Body, s: &Settings, lattic
     let per_node = 8.0 * (spec.slots.len() + 6 * spec.dim + 6) as f64;
     let (slots, bonds, per_bond) = match &body.grid {
         Some(grid) if lattice => {
-            let plan = plan_lattice(body, grid, s.reach());
+            let plan = plan_lattice(body, grid, s.reach(), s.materials.len());
             let family = neighbours(body, s.reach());
             (plan.len as f64, (plan.chunks * CHUNK) as f64 * family, 0.5)
         }

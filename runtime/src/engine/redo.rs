@@ -5,7 +5,6 @@
 //! stage and the step sweeps up to the breaking one run again, this time with bonds held.
 use super::program::Program;
 use super::{Engine, State};
-use crate::layout::Shape;
 use crate::spec::Stage;
 use crate::traverse::CHUNK;
 
@@ -153,6 +152,5 @@ impl Engine {
                 }
             }
         }
-        debug_assert!(matches!(family.shape, Shape::Stencil(_) | Shape::List(_)));
     }
 }

@@ -127,9 +127,8 @@ impl Engine {
             armed: &NOTHING,
             armed_step: 0,
             broken: null_mut(),
-            entries: 0,
-            table: null(),
-            stride: 0,
+            pattern: null(),
+            records: null(),
             index: null(),
             geometry: [null(); MAX_GEOMETRY],
             history: [null(); MAX_HISTORIES],
@@ -169,19 +168,16 @@ impl Engine {
 
     fn point_to_geometry(&self, k: usize, call: &mut Call) {
         match &self.geometry[k] {
-            Geometry::Table { stride, values } => {
-                call.stride = *stride;
-                call.table = values.as_ptr();
-                call.entries = values.len() / stride;
-            }
+            Geometry::Table { records, .. } => call.records = records.as_ptr().cast(),
             Geometry::Streams(streams) => {
                 for (to, &s) in call.geometry.iter_mut().zip(streams) {
                     *to = self.streams[s].as_ptr();
                 }
             }
         }
-        if let Shape::List(index) = &self.families[self.programs[k].family].shape {
-            call.index = index.as_ptr();
+        match &self.families[self.programs[k].family].shape {
+            Shape::Stencil(s) => call.pattern = s.pattern.as_ptr(),
+            Shape::List(index) => call.index = index.as_ptr(),
         }
     }
 

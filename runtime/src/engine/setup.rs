@@ -1,6 +1,6 @@
 //! Making an engine: check, estimate, lay out, evaluate, run the reference stage.
 use super::constants::{AtReferenceBond, Materials};
-use super::geometry::{Geometry, Streams, entries, table, vector};
+use super::geometry::{Geometry, Streams, table, vector};
 use super::needs::Needs;
 use super::program::{Choice, Program, programs};
 use super::redo::Redo;
@@ -8,7 +8,7 @@ use super::{BondData, Engine, Home, Isa, Law, Settings, SetupError, Traversal, c
 use crate::body::Body;
 use crate::lane::Record;
 use crate::layout::{
-    Family, Filter, INCLUSIVE, Layout, cloud, lattice, partial_volume, plan_lattice,
+    Family, Filter, INCLUSIVE, Layout, Shape, cloud, lattice, partial_volume, plan_lattice,
 };
 use crate::spec::{SlotKind, Spec};
 use crate::tape::{Code, Limits, Place, length, truth};
@@ -18,6 +18,8 @@ use crate::traverse::CHUNK;
 const FILL: f64 = 0.45;
 /// Slots per node above which a padded box is a waste of memory.
 const SPARSE: usize = 40;
+/// Kinds of bonds above which a table of them is one.
+const KINDS: f64 = 1e6;
 
 pub(super) fn engine(body: &Body, law: Law, settings: Settings) -> Result<Engine, SetupError> {
     let spec = law.spec;
@@ -32,7 +34,8 @@ pub(super) fn engine(body: &Body, law: Law, settings: Settings) -> Result<Engine
         );
         return Err(SetupError::law(&spec.law, m));
     }
-    let lattice = use_lattice(body, &settings)?;
+    let materials = Materials::new(&spec, body, &settings)?;
+    let lattice = use_lattice(body, &settings, materials.by_lengths())?;
     let isa = settings.isa.unwrap_or_else(Isa::best);
     let programs = programs(
         &spec,
@@ -43,7 +46,6 @@ pub(super) fn engine(body: &Body, law: Law, settings: Settings) -> Result<Engine
             flavour: body.flavour,
         },
     )?;
-    let materials = Materials::new(&spec, body, &settings)?;
     memory::check(&spec, &programs, body, &settings, lattice)?;
     let filters = filters(&spec, body, &materials)?;
     let (layout, families) = lay_out(body, &settings, lattice, &materials, &filters);
@@ -71,7 +73,8 @@ pub(super) fn engine(body: &Body, law: Law, settings: Settings) -> Result<Engine
     Ok(engine)
 }
 
-fn use_lattice(body: &Body, settings: &Settings) -> Result<bool, SetupError> {
+/// `by_lengths`: bonds between the same two materials differ.
+fn use_lattice(body: &Body, settings: &Settings, by_lengths: bool) -> Result<bool, SetupError> {
     let fail = |m: &str| Err(SetupError::Settings(m.into()));
     let (Some(grid), true) = (&body.grid, settings.traversal != Traversal::Cloud) else {
         return match settings.traversal {
@@ -81,9 +84,11 @@ fn use_lattice(body: &Body, settings: &Settings) -> Result<bool, SetupError> {
             _ => Ok(false),
         };
     };
-    if settings.materials.len() > 1 {
+    if by_lengths {
         return match settings.traversal {
-            Traversal::Lattice => fail("the lattice traversal knows one material: use `cloud`"),
+            Traversal::Lattice => fail(
+                "a parameter meets by the lengths of a bond in two materials, so that no two bonds need be alike: use `cloud`",
+            ),
             _ => Ok(false),
         };
     }
@@ -102,10 +107,12 @@ fn use_lattice(body: &Body, settings: &Settings) -> Result<bool, SetupError> {
     let padded: f64 = (0..body.flavour.dim())
         .map(|a| grid.shape[a] as f64 + 2.0 * reach)
         .product();
-    if !uniform || padded > (SPARSE * body.x.len()) as f64 + 1e5 {
+    let pairs = (settings.materials.len() * settings.materials.len()) as f64;
+    let many = pairs * neighbours(body, settings.reach()) > KINDS;
+    if !uniform || many || padded > (SPARSE * body.x.len()) as f64 + 1e5 {
         return Ok(false);
     }
-    let plan = plan_lattice(body, grid, settings.reach());
+    let plan = plan_lattice(body, grid, settings.reach(), settings.materials.len());
     Ok(body.x.len() as f64 >= FILL * (plan.chunks * CHUNK) as f64 || body.x.len() < 1000)
 }
 
@@ -159,16 +166,13 @@ fn lay_out(
         .iter()
         .map(|f| f.as_ref().map(|f| &**f as Filter))
         .collect();
+    let horizons: Vec<f64> = materials.pairs.iter().map(|p| p.horizon).collect();
     match &body.grid {
         Some(grid) if on_lattice => {
-            let (delta, partial) = (s.reach(), s.partial_volume);
-            let plan = plan_lattice(body, grid, delta);
-            lattice(body, grid, &plan, delta, partial, &filters)
+            let plan = plan_lattice(body, grid, s.reach(), materials.count);
+            lattice(body, grid, &plan, &horizons, s.partial_volume, &filters)
         }
-        _ => {
-            let horizons: Vec<f64> = materials.pairs.iter().map(|p| p.horizon).collect();
-            cloud(body, &horizons, s.partial_volume, &filters)
-        }
+        _ => cloud(body, &horizons, s.partial_volume, &filters),
     }
 }
 
@@ -195,10 +199,9 @@ fn geometry(
     let mut streams = Streams::new(layout, families, materials, &weight);
     let mut geometry = vec![];
     for (p, s) in programs.iter().zip(&spec.sweeps) {
-        let on_lattice = matches!(families[p.family].shape, crate::layout::Shape::Stencil(_));
-        geometry.push(match on_lattice {
-            true => table(p, entries(&families[p.family]), materials, spec.dim, isa),
-            false => streams.add(spec, p, &s.geometry)?,
+        geometry.push(match &families[p.family].shape {
+            Shape::Stencil(stencil) => table(p, stencil, materials, spec.dim, isa),
+            Shape::List(_) => streams.add(spec, p, &s.geometry)?,
         });
     }
     Ok((geometry, streams.values))

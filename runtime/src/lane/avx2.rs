@@ -130,6 +130,10 @@ impl Memory for Avx2 {
         unsafe { _mm256_storeu_pd(p, self.0) }
     }
     #[inline(always)]
+    unsafe fn store_where(self, m: Signs, p: *mut f64) {
+        unsafe { _mm256_maskstore_pd(p, _mm256_castpd_si256(m.0), self.0) }
+    }
+    #[inline(always)]
     unsafe fn gather(p: *const f64, index: *const u32) -> Self {
         unsafe {
             let low = pair(p, index, 0);

@@ -134,6 +134,10 @@ impl Memory for Avx512 {
         unsafe { _mm512_storeu_pd(p, self.0) }
     }
     #[inline(always)]
+    unsafe fn store_where(self, m: __mmask8, p: *mut f64) {
+        unsafe { _mm512_mask_storeu_pd(p, m, self.0) }
+    }
+    #[inline(always)]
     unsafe fn gather(p: *const f64, index: *const u32) -> Self {
         unsafe {
             let a = _mm256_insertf128_pd::<1>(

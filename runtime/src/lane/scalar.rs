@@ -128,6 +128,12 @@ impl Memory for f64 {
         unsafe { *p = self }
     }
     #[inline(always)]
+    unsafe fn store_where(self, m: bool, p: *mut f64) {
+        if m {
+            unsafe { *p = self }
+        }
+    }
+    #[inline(always)]
     unsafe fn gather(p: *const f64, index: *const u32) -> f64 {
         unsafe { *p.add(*index as usize) }
     }

@@ -116,8 +116,8 @@ fn place(body: &Body, delta: f64, materials: usize) -> Layout {
             occupied.enumerate().map(bit).sum()
         })
         .collect();
-    layout.chunk_of = (0..len / CHUNK)
-        .map(|c| if c < chunks { c as u32 } else { NONE })
+    layout.chunk_of = (0..len)
+        .map(|s| if s < padded { (s / CHUNK) as u32 } else { NONE })
         .collect();
     layout
 }

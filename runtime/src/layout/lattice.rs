@@ -1,9 +1,14 @@
 //! Lattice layout: a padded box of cells, chunks of eight cells along one axis, a stencil as family.
-use super::{Entry, Family, Filter, Ghosts, INCLUSIVE, Layout, NONE, Shape, partial_volume};
+//!
+//! Where materials meet, the nodes of each in a block of eight are a chunk, and the bonds to each are a row.
+use super::{
+    Family, Filter, Ghosts, INCLUSIVE, Kind, Layout, NONE, Shape, Stencil, partial_volume,
+};
 use crate::body::{Body, Grid};
 use crate::tape::{length, length_squared};
 use crate::traverse::CHUNK;
 use rayon::prelude::*;
+use std::collections::{BTreeSet, HashMap};
 
 /// The padded box: how cells become slots.
 #[derive(Clone, Debug)]
@@ -23,7 +28,7 @@ pub(crate) struct Plan {
 }
 
 /// Lays the box out so that chunks along the fastest axis waste few lanes and slow steps stay close in memory.
-pub(crate) fn plan_lattice(body: &Body, grid: &Grid, delta: f64) -> Plan {
+pub(crate) fn plan_lattice(body: &Body, grid: &Grid, delta: f64, materials: usize) -> Plan {
     let dim = body.flavour.dim();
     let shape = grid.shape.map(|n| n.max(1) as usize);
     let mut reach = [0; 3];
@@ -31,7 +36,9 @@ pub(crate) fn plan_lattice(body: &Body, grid: &Grid, delta: f64) -> Plan {
         *reach = (delta * INCLUSIVE / grid.spacing).floor() as usize;
         debug_assert!(a < dim);
     }
-    let counts: Vec<usize> = (0..dim).map(|a| count_chunks(grid, shape, a)).collect();
+    let counts: Vec<usize> = (0..dim)
+        .map(|a| count_chunks(body, grid, shape, a, materials))
+        .collect();
     let fast = (0..dim).min_by_key(|&a| counts[a]).unwrap_or(0);
     let mut rest: Vec<usize> = (0..3).filter(|&a| a != fast).collect();
     rest.sort_by_key(|&a| (a >= dim, shape[a], a));
@@ -51,15 +58,26 @@ pub(crate) fn plan_lattice(body: &Body, grid: &Grid, delta: f64) -> Plan {
 }
 
 /// Chunks that hold a node if `axis` were the fastest.
-fn count_chunks(grid: &Grid, shape: [usize; 3], axis: usize) -> usize {
+fn count_chunks(
+    body: &Body,
+    grid: &Grid,
+    shape: [usize; 3],
+    axis: usize,
+    materials: usize,
+) -> usize {
     let per_row = shape[axis].div_ceil(CHUNK);
     let (b, c) = ((axis + 1) % 3, (axis + 2) % 3);
-    let mut seen = vec![false; per_row * shape[b] * shape[c]];
-    for cell in &grid.cell {
+    let mut seen = vec![false; per_row * shape[b] * shape[c] * materials];
+    for (node, cell) in grid.cell.iter().enumerate() {
         let [p, q, r] = [cell[axis] as usize, cell[b] as usize, cell[c] as usize];
-        seen[(r * shape[b] + q) * per_row + p / CHUNK] = true;
+        let block = (r * shape[b] + q) * per_row + p / CHUNK;
+        seen[block * materials + material(body, node)] = true;
     }
     seen.iter().filter(|&&s| s).count()
+}
+
+fn material(body: &Body, node: usize) -> usize {
+    body.material.get(node).map_or(0, |&m| m as usize)
 }
 
 impl Plan {
@@ -96,12 +114,12 @@ impl Plan {
     }
 }
 
-/// Builds the layout and one family per filter.
+/// Builds the layout and one family per filter. `horizons`: of every pair of materials, at `a * count + b`.
 pub(crate) fn lattice(
     body: &Body,
     grid: &Grid,
     plan: &Plan,
-    delta: f64,
+    horizons: &[f64],
     partial: bool,
     filters: &[Option<Filter>],
 ) -> (Layout, Vec<Family>) {
@@ -119,29 +137,71 @@ pub(crate) fn lattice(
         user: occupied.clone(),
         ..Layout::default()
     };
-    place_chunks(&mut layout);
-    layout.parts = std::iter::once(0..layout.chunks()).collect();
+    let materials = horizons.len().isqrt();
+    place_chunks(&mut layout, body, materials);
     place_nodes(&mut layout, body, grid, plan, &mut occupied);
-    let entries = stencil(plan, grid.spacing, delta, partial, body.volume[0]);
-    let families = filters
-        .iter()
-        .map(|f| family(&layout, &occupied, &entries, *f))
-        .collect();
+    let delta = horizons.iter().copied().fold(0.0, f64::max);
+    let steps = steps(plan, grid.spacing, delta);
+    let families = filters.iter().map(|filter| {
+        let kind = |step: usize, pair: usize| {
+            let (step, xi) = steps[step];
+            let r = length(xi, plan.dim);
+            if length_squared(xi, plan.dim) > horizons[pair] * horizons[pair] * INCLUSIVE {
+                return None;
+            }
+            let fraction = match partial {
+                true => partial_volume(r, horizons[pair], grid.spacing),
+                false => 1.0,
+            };
+            let weight = fraction * body.volume[0];
+            let kept = filter.is_none_or(|keep| keep([[0.0; 3], xi], weight, pair));
+            kept.then(|| Kind {
+                offset: plan.offset(step),
+                xi,
+                weight,
+                pair: pair as u32,
+                opposite: None,
+            })
+        };
+        let kinds: Vec<Option<Kind>> = (0..steps.len() * horizons.len())
+            .map(|k| kind(k / horizons.len(), k % horizons.len()))
+            .collect();
+        let rows = Rows {
+            layout: &layout,
+            body,
+            occupied: &occupied,
+            materials,
+            kinds: &kinds,
+        };
+        rows.family()
+    });
+    let families = families.collect();
     (layout, families)
 }
 
-fn place_chunks(layout: &mut Layout) {
-    layout.chunk_of = vec![NONE; layout.len / CHUNK];
+/// Material by material, so that a chunk has one.
+fn place_chunks(layout: &mut Layout, body: &Body, materials: usize) {
+    layout.chunk_of = vec![NONE; layout.len];
+    let mut blocks: Vec<Vec<(usize, u8)>> = vec![vec![]; materials];
     for (block, users) in layout.user.chunks_exact(CHUNK).enumerate() {
-        let mut bits = 0u8;
-        for (lane, &user) in users.iter().enumerate() {
-            bits |= ((user != NONE) as u8) << lane;
+        for (lane, &user) in users.iter().enumerate().filter(|u| *u.1 != NONE) {
+            let of_material = &mut blocks[material(body, user as usize)];
+            match of_material.last_mut() {
+                Some((b, bits)) if *b == block => *bits |= 1 << lane,
+                _ => of_material.push((block, 1 << lane)),
+            }
         }
-        if bits != 0 {
-            layout.chunk_of[block] = layout.base.len() as u32;
+    }
+    for of_material in blocks {
+        let from = layout.base.len();
+        for (block, bits) in of_material {
+            for lane in (0..CHUNK).filter(|lane| bits >> lane & 1 == 1) {
+                layout.chunk_of[block * CHUNK + lane] = layout.base.len() as u32;
+            }
             layout.base.push((block * CHUNK) as u32);
             layout.nodes.push(bits);
         }
+        layout.parts.push(from..layout.base.len());
     }
 }
 
@@ -204,9 +264,8 @@ fn for_each_image(
     }
 }
 
-/// All cell steps within the horizon. The thinnest axis varies slowest, so that the entries of a chunk near a
-/// surface across it are neighbours in the list and can be left out at either end.
-fn stencil(plan: &Plan, spacing: f64, delta: f64, partial: bool, volume: f64) -> Vec<Entry> {
+/// All cell steps within the horizon, with their bond vectors. The thinnest axis varies slowest.
+fn steps(plan: &Plan, spacing: f64, delta: f64) -> Vec<([i64; 3], [f64; 3])> {
     let mut axes: Vec<usize> = (0..plan.dim).collect();
     axes.sort_by_key(|&a| (plan.shape[a], usize::MAX - plan.stride[a]));
     let mut steps = vec![];
@@ -224,75 +283,135 @@ fn stencil(plan: &Plan, spacing: f64, delta: f64, partial: bool, volume: f64) ->
         }
     }
     steps.sort_by_key(|(step, _)| axes.iter().map(|&a| step[a]).collect::<Vec<_>>());
-    let entry = |&(step, xi): &([i64; 3], [f64; 3])| {
-        let fraction = if partial {
-            partial_volume(length(xi, plan.dim), delta, spacing)
-        } else {
-            1.0
-        };
-        Entry {
-            offset: plan.offset(step),
-            xi,
-            weight: fraction * volume,
-            opposite: None,
-        }
-    };
-    steps.iter().map(entry).collect()
+    steps
 }
+
+/// Chunks that one task looks at.
+const BLOCK: usize = 4096;
 
 /// The bonds that exist: both ends are nodes or images of nodes.
-fn family(layout: &Layout, occupied: &[u32], all: &[Entry], filter: Option<Filter>) -> Family {
-    let keep = |e: &&Entry| filter.is_none_or(|f| f([[0.0; 3], e.xi], e.weight, 0));
-    let mut entries: Vec<Entry> = all.iter().filter(keep).cloned().collect();
-    let offsets: Vec<[f64; 3]> = entries.iter().map(|e| e.xi).collect();
-    for e in &mut entries {
-        e.opposite = offsets
-            .iter()
-            .position(|xi| (0..3).all(|a| xi[a] == -e.xi[a]))
-            .map(|k| k as u32);
-    }
-    let each = entries.len();
-    let mut present = vec![0u8; layout.chunks() * each];
-    let (first, last): (Vec<u32>, Vec<u32>) = present
-        .par_chunks_mut(each.max(1))
-        .enumerate()
-        .map(|(chunk, rows)| {
-            fill_rows(
-                rows,
-                &entries,
-                occupied,
-                layout.base[chunk] as i64,
-                layout.nodes[chunk],
-            );
-            let start = (chunk * each) as u32;
-            let first = rows.iter().position(|&b| b != 0).unwrap_or(0) as u32;
-            let last = rows
-                .iter()
-                .rposition(|&b| b != 0)
-                .map_or(first, |k| k as u32 + 1);
-            (start + first, start + last)
-        })
-        .unzip();
-    let (first, last) = if each == 0 {
-        (vec![0; layout.chunks()], vec![0; layout.chunks()])
-    } else {
-        (first, last)
-    };
-    let bonds = present.iter().map(|b| b.count_ones() as usize).sum();
-    Family {
-        first,
-        last,
-        present,
-        bonds,
-        shape: Shape::Stencil(entries),
-    }
+struct Rows<'a> {
+    layout: &'a Layout,
+    body: &'a Body,
+    occupied: &'a [u32],
+    materials: usize,
+    /// At `step * pairs + pair`.
+    kinds: &'a [Option<Kind>],
 }
 
-fn fill_rows(rows: &mut [u8], entries: &[Entry], occupied: &[u32], base: i64, nodes: u8) {
-    for (bits, entry) in rows.iter_mut().zip(entries) {
-        for lane in 0..CHUNK {
-            let there = occupied[(base + lane as i64 + entry.offset) as usize] != NONE;
-            *bits |= ((nodes >> lane & 1 == 1 && there) as u8) << lane;
+/// Rows of the chunks of a block; patterns hold positions in [`Rows::kinds`].
+#[derive(Default)]
+struct Found {
+    present: Vec<u8>,
+    /// Per chunk: which pattern.
+    pattern: Vec<u32>,
+    patterns: Vec<Vec<u32>>,
+}
+
+impl Rows<'_> {
+    fn family(&self) -> Family {
+        let chunks = self.layout.chunks();
+        let blocks: Vec<Found> = (0..chunks.div_ceil(BLOCK))
+            .into_par_iter()
+            .map(|b| self.block(b * BLOCK..((b + 1) * BLOCK).min(chunks)))
+            .collect();
+        let mut stencil = Stencil::default();
+        let (mut present, mut first, mut last) = (Vec::<u8>::new(), vec![], vec![]);
+        let mut known: HashMap<&[u32], u32> = HashMap::new();
+        for block in &blocks {
+            for &k in &block.pattern {
+                let pattern = &block.patterns[k as usize];
+                let rows = last.last().copied().unwrap_or(0);
+                first.push(rows);
+                last.push(rows + pattern.len() as u32);
+                let fresh = stencil.patterns.len() as u32;
+                let at = *known.entry(pattern).or_insert(fresh);
+                if at == fresh {
+                    stencil.patterns.extend(pattern);
+                }
+                stencil.pattern.push(at);
+            }
+            present.extend(&block.present);
+        }
+        self.number(&mut stencil);
+        let bonds = present.iter().map(|b| b.count_ones() as usize).sum();
+        Family {
+            first,
+            last,
+            present,
+            bonds,
+            shape: Shape::Stencil(stencil),
+        }
+    }
+
+    fn block(&self, chunks: std::ops::Range<usize>) -> Found {
+        let mut found = Found::default();
+        let mut known: HashMap<Vec<u32>, u32> = HashMap::new();
+        let mut pattern = vec![];
+        for chunk in chunks {
+            self.rows(chunk, &mut pattern, &mut found.present);
+            let k = match known.get(&pattern) {
+                Some(&k) => k,
+                None => {
+                    let k = known.len() as u32;
+                    known.insert(pattern.clone(), k);
+                    found.patterns.push(pattern.clone());
+                    k
+                }
+            };
+            found.pattern.push(k);
+        }
+        found
+    }
+
+    /// Every step to nodes of every material is a row.
+    fn rows(&self, chunk: usize, pattern: &mut Vec<u32>, present: &mut Vec<u8>) {
+        pattern.clear();
+        let (base, nodes) = (self.layout.base[chunk] as i64, self.layout.nodes[chunk]);
+        let pairs = self.materials * self.materials;
+        let part = |p: &std::ops::Range<usize>| p.contains(&chunk);
+        let own = self.layout.parts.iter().position(part).unwrap_or(0);
+        let mut to_material = vec![0u8; self.materials];
+        for step in 0..self.kinds.len() / pairs {
+            let kinds = &self.kinds[step * pairs + own * self.materials..][..self.materials];
+            let Some(kind) = kinds.iter().flatten().next() else {
+                continue;
+            };
+            for lane in (0..CHUNK).filter(|lane| nodes >> lane & 1 == 1) {
+                let other = self.occupied[(base + lane as i64 + kind.offset) as usize];
+                if other != NONE {
+                    to_material[material(self.body, other as usize)] |= 1 << lane;
+                }
+            }
+            for (m, bits) in to_material.iter_mut().enumerate() {
+                let bits = std::mem::take(bits);
+                if bits != 0 && kinds[m].is_some() {
+                    pattern.push((step * pairs + own * self.materials + m) as u32);
+                    present.push(bits);
+                }
+            }
+        }
+    }
+
+    /// Keeps the kinds that occur, and says which are opposite.
+    fn number(&self, stencil: &mut Stencil) {
+        let used: BTreeSet<u32> = stencil.patterns.iter().copied().collect();
+        let used: Vec<u32> = used.into_iter().collect();
+        let place = |k: u32| used.binary_search(&k).map_or(NONE, |place| place as u32);
+        stencil.patterns.iter_mut().for_each(|k| *k = place(*k));
+        let pairs = self.materials * self.materials;
+        let steps = self.kinds.len() / pairs.max(1);
+        for &k in &used {
+            // The list of steps is symmetric: the opposite of the first is the last.
+            let (step, pair) = (k as usize / pairs, k as usize % pairs);
+            let back = pair % self.materials * self.materials + pair / self.materials;
+            let opposite = place(((steps - 1 - step) * pairs + back) as u32);
+            if let Some(kind) = &self.kinds[k as usize] {
+                stencil.kinds.push(Kind {
+                    opposite: (opposite != NONE).then_some(opposite),
+                    ..kind.clone()
+                });
+            }
         }
     }
 }

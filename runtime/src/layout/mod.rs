@@ -37,7 +37,7 @@ pub(crate) struct Layout {
     pub volume: Vec<f64>,
     pub base: Vec<u32>,
     pub nodes: Vec<u8>,
-    /// Slot / 8 -> chunk, `NONE` where no chunk is.
+    /// Slot -> chunk, `NONE` where no node is.
     pub chunk_of: Vec<u32>,
     pub ghosts: Ghosts,
     /// Chunks of each material; a chunk has one.
@@ -84,7 +84,7 @@ impl Layout {
     /// (chunk, lane) of a node or of the node that a ghost repeats.
     pub fn place(&self, slot: usize) -> (usize, usize) {
         let slot = self.ghosts.origin(slot);
-        (self.chunk_of[slot / CHUNK] as usize, slot % CHUNK)
+        (self.chunk_of[slot] as usize, slot % CHUNK)
     }
 
     /// Position of the materials of two slots among all pairs.
@@ -106,7 +106,7 @@ impl Layout {
 
     pub fn bytes(&self) -> usize {
         8 * self.len * (self.dim.max(1) + 1)
-            + 4 * (self.slot.len() + self.user.len() + self.base.len())
+            + 4 * (self.slot.len() + self.user.len() + self.chunk_of.len() + self.base.len())
     }
 }
 
@@ -125,20 +125,32 @@ pub(crate) struct Family {
 
 #[derive(Debug)]
 pub(crate) enum Shape {
-    /// One row per chunk and entry.
-    Stencil(Vec<Entry>),
+    /// All bonds of a row are alike.
+    Stencil(Stencil),
     /// Neighbour slots, eight per row.
     List(Vec<u32>),
 }
 
-/// A bond that every node of the lattice has.
+/// The bonds of a lattice: few kinds, and few ways in which they follow one another.
+#[derive(Debug, Default)]
+pub(crate) struct Stencil {
+    pub kinds: Vec<Kind>,
+    /// Lists of kinds, ascending, one behind the other.
+    pub patterns: Vec<u32>,
+    /// Per chunk: where the list of its rows begins. Chunks whose rows are alike share one.
+    pub pattern: Vec<u32>,
+}
+
+/// A bond that many nodes of a lattice have: a step to another cell, between two materials.
 #[derive(Clone, Debug)]
-pub(crate) struct Entry {
+pub(crate) struct Kind {
     /// From slot to slot.
     pub offset: i64,
     pub xi: [f64; 3],
     pub weight: f64,
-    /// Entry of the reverse bond.
+    /// Of materials.
+    pub pair: u32,
+    /// The reverse bond.
     pub opposite: Option<u32>,
 }
 
@@ -166,12 +178,19 @@ impl Family {
     /// Slot of the other end.
     pub fn other(&self, layout: &Layout, chunk: usize, row: usize, lane: usize) -> usize {
         match &self.shape {
-            Shape::Stencil(entries) => {
-                let entry = &entries[row - chunk * entries.len()];
-                (layout.base[chunk] as i64 + lane as i64 + entry.offset) as usize
+            Shape::Stencil(stencil) => {
+                let kind = &stencil.kinds
+                    [self.kinds(stencil, chunk)[row - self.rows(chunk).start] as usize];
+                (layout.base[chunk] as i64 + lane as i64 + kind.offset) as usize
             }
             Shape::List(index) => index[row * CHUNK + lane] as usize,
         }
+    }
+
+    /// Kinds of the rows of a chunk.
+    fn kinds<'a>(&self, stencil: &'a Stencil, chunk: usize) -> &'a [u32] {
+        let from = stencil.pattern[chunk] as usize;
+        &stencil.patterns[from..from + self.rows(chunk).len()]
     }
 
     /// Visits the reference bonds of a chunk in the order of the sums.
@@ -198,14 +217,18 @@ impl Family {
         let rows = self.present.len();
         let mut reverse = vec![(rows * CHUNK) as u32; rows * CHUNK];
         match &self.shape {
-            Shape::Stencil(entries) => {
-                let each = entries.len();
+            Shape::Stencil(stencil) => {
                 for chunk in 0..layout.chunks() {
+                    let (kinds, first) = (self.kinds(stencil, chunk), self.rows(chunk).start);
                     self.for_each(layout, chunk, |m| {
-                        if let Some(opposite) = entries[m.row - chunk * each].opposite {
-                            let (c, lane) = layout.place(m.other);
-                            reverse[m.row * CHUNK + m.lane] =
-                                ((c * each + opposite as usize) * CHUNK + lane) as u32;
+                        let kind = &stencil.kinds[kinds[m.row - first] as usize];
+                        let (c, lane) = layout.place(m.other);
+                        let back = kind
+                            .opposite
+                            .and_then(|k| self.kinds(stencil, c).binary_search(&k).ok());
+                        if let Some(back) = back {
+                            let row = self.rows(c).start + back;
+                            reverse[m.row * CHUNK + m.lane] = (row * CHUNK + lane) as u32;
                         }
                     });
                 }
@@ -256,7 +279,7 @@ impl Family {
 
     pub fn bytes(&self) -> usize {
         let list = match &self.shape {
-            Shape::Stencil(_) => 0,
+            Shape::Stencil(s) => 4 * (s.patterns.len() + s.pattern.len()),
             Shape::List(index) => 4 * index.len(),
         };
         list + self.present.len() + 8 * self.first.len()

@@ -4,7 +4,7 @@ use crate::kernel::Bond;
 use crate::lane::Memory;
 use crate::tape::Blocks;
 
-/// One stencil entry seen from the nodes of one part of a chunk.
+/// Bonds of one kind seen from the nodes of one part of a chunk.
 struct Entry<'a, L: Memory, const D: usize, const MASKED: bool> {
     row: Row<'a, L, MASKED>,
     record: *const f64,
@@ -73,7 +73,7 @@ unsafe fn load<L: Memory, const D: usize>(from: &[*const f64; 3], at: usize) -> 
     v
 }
 
-/// The stencil, seen from the nodes of one part of a chunk.
+/// The rows of one part of a chunk.
 struct Entries<'a, L: Memory, const D: usize, const MASKED: bool> {
     call: &'a Call,
     u: &'a [*const f64; 3],
@@ -83,10 +83,9 @@ struct Entries<'a, L: Memory, const D: usize, const MASKED: bool> {
     /// Slot of lane 0, and the displacements there.
     at: usize,
     ui: [L; D],
-    /// Of the first entry.
+    /// The first row, and what the rows have.
     row: usize,
-    record: *const f64,
-    stride: usize,
+    records: *const *const f64,
     count: usize,
 }
 
@@ -102,7 +101,7 @@ impl<L: Memory, const D: usize, const MASKED: bool> Rows<L, D> for Entries<'_, L
     #[inline(always)]
     unsafe fn bond(&self, k: usize) -> Entry<'_, L, D, MASKED> {
         unsafe {
-            let record = self.record.add(k * self.stride);
+            let record = *self.records.add(k);
             let other = self.at.wrapping_add_signed(*record.cast::<i64>() as isize);
             let mut eta: [L; D] = load(self.u, other);
             let mut a = 0;
@@ -129,12 +128,11 @@ pub(super) unsafe fn chunks<L: Blocks, S: Body<D>, const D: usize, const MASKED:
     from: usize,
     to: usize,
 ) {
-    let (u, nbr, stride) = (call.u, call.nbr, call.stride);
+    let (u, nbr) = (call.u, call.nbr);
     let mut chunk = from;
     while chunk < to {
         unsafe {
             let base = *call.base.add(chunk) as usize;
-            let start = chunk * call.entries;
             let (first, last) = (
                 *call.first.add(chunk) as usize,
                 *call.last.add(chunk) as usize,
@@ -156,8 +154,7 @@ pub(super) unsafe fn chunks<L: Blocks, S: Body<D>, const D: usize, const MASKED:
                     at,
                     ui: load(&u, at),
                     row: first,
-                    record: call.table.add((first - start) * stride),
-                    stride,
+                    records: call.records.add(*call.pattern.add(chunk) as usize),
                     count: last - first,
                 };
                 sweep.run(&mut nodes, &entries);

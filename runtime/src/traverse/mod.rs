@@ -1,8 +1,8 @@
 //! The loops: nodes eight at a time, their bonds one row after the other.
 //!
 //! Both traversals work on chunks. A chunk is eight consecutive layout slots; a *row* is one bond of each of
-//! them, with one mask byte (bit k: the bond of lane k counts). On a lattice all bonds of a row share the
-//! stencil entry; in a cloud a row is a column of the SELL-8 block. Narrower lanes take a chunk in 8 / W parts.
+//! them, with one mask byte (bit k: the bond of lane k counts). On a lattice all bonds of a row are of one
+//! kind; in a cloud a row is a column of the SELL-8 block. Narrower lanes take a chunk in 8 / W parts.
 //!
 //! Nothing here branches on a law. `MASKED = false` is the instance for chunks whose families are whole:
 //! it reads no masks and cannot break bonds.
@@ -47,10 +47,10 @@ pub struct Call {
     pub(crate) armed_step: usize,
     /// Per chunk: bonds broken by this call are added.
     pub(crate) broken: *mut u32,
-    /// Lattice: rows per chunk, and per stencil entry a record of `stride` values: offset (an i64), xi, 1/|xi|, geometry.
-    pub(crate) entries: usize,
-    pub(crate) table: *const f64,
-    pub(crate) stride: usize,
+    /// Lattice: per chunk the place in `records` where those of its rows begin. A record: offset (an i64), xi, 1/|xi|,
+    /// geometry.
+    pub(crate) pattern: *const u32,
+    pub(crate) records: *const *const f64,
     /// Cloud: per row eight indices, and per geometry value eight numbers.
     pub(crate) index: *const u32,
     pub(crate) geometry: [*const f64; MAX_GEOMETRY],
@@ -62,7 +62,7 @@ pub struct Call {
 }
 
 // SAFETY: a call is shared between threads that run disjoint chunks; what a chunk writes (its own slots, mask
-// bytes, histories and counter) no other chunk touches, except padding slots, which nobody reads before they are refreshed.
+// bytes, histories and counter) no other chunk touches.
 unsafe impl Sync for Call {}
 
 /// The bonds of the nodes of one part of a chunk, one of each node per row.
@@ -119,15 +119,17 @@ impl<L: Memory, const MASKED: bool> Node<L> for Nodes<'_, MASKED> {
     fn own(&self, k: usize) -> L {
         unsafe { L::load(self.call.own[k].add(self.at)) }
     }
-    /// Empty lanes stay 0: sums over an array need no test.
+    /// Empty lanes are not written: they stay 0, or belong to another chunk.
     #[inline(always)]
     fn out(&mut self, k: usize, v: L) {
-        let v = if MASKED {
-            L::select(L::mask(self.occupied), v, L::splat(0.0))
-        } else {
-            v
-        };
-        unsafe { v.store(self.call.out[k].add(self.at)) }
+        unsafe {
+            let to = self.call.out[k].add(self.at);
+            if MASKED {
+                v.store_where(L::mask(self.occupied), to)
+            } else {
+                v.store(to)
+            }
+        }
     }
 }
 
