@@ -79,6 +79,7 @@ fn bar(nodes: u32) -> Body {
         volume: vec![SPACING; nodes as usize],
         material: vec![],
         regions: vec![],
+        horizon: vec![],
         cross: 1.0,
         grid: Some(Grid {
             origin: [start, 0.0, 0.0],
@@ -100,6 +101,7 @@ fn settings(law: &Law, params: Vec<f64>) -> Settings {
             .filter_map(|i| Some((i.default.clone()?, vec![])))
             .collect(),
         horizon: vec![3.0 * SPACING],
+        horizon_levels: 64,
         partial_volume: false,
         // Constants from the sum over the lattice instead of the integral: then the speed is exact.
         lattice_constants: true,

@@ -19,8 +19,8 @@ fn evaluate(scene: &Scene) -> Option<Vec<(String, f64)>> {
         flavour: flavour(scene.nodes.flavour()),
         params: material.params.clone(),
         influences: influences(&law, scene)?,
-        horizon: scene.family.horizon,
-        ball: ball(scene),
+        horizon: scene.family.horizon.constant()?,
+        ball: ball(scene)?,
         without: material.without.clone(),
     };
     let body = oracle::Body::default();
@@ -56,20 +56,20 @@ fn influences(law: &ir::Law, scene: &Scene) -> Option<Vec<(ir::InfluenceFn, Vec<
         .collect()
 }
 
-fn ball(scene: &Scene) -> Ball {
+fn ball(scene: &Scene) -> Option<Ball> {
     let cross = scene.nodes.cross();
     if !scene.material.lattice_constants {
-        return Ball::Integral { cross };
+        return Some(Ball::Integral { cross });
     }
     let (dim, spacing) = (scene.nodes.flavour().dim(), scene.nodes.spacing());
     let weight = spacing.powi(dim as i32) * cross;
-    Ball::Lattice(lattice(
+    Some(Ball::Lattice(lattice(
         dim,
         spacing,
-        scene.family.horizon,
+        scene.family.horizon.constant()?,
         scene.family.partial_volume,
         weight,
-    ))
+    )))
 }
 
 /// Bonds of a node of the unbounded lattice, with their weights.

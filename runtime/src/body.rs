@@ -53,6 +53,8 @@ pub struct Body {
     /// Where the body has other material values, for laws that ask how much of a bond lies in either of two materials;
     /// of several that hold a point the last counts. Empty: not known, and bonds have half in each.
     pub regions: Vec<Shape>,
+    /// Horizon of every node [m], 0 for that of its material; empty: of all nodes that of their material.
+    pub horizon: Vec<f64>,
     /// Thickness (2D) [m] or cross-section (1D) [m^2]; 1 in 3D.
     pub cross: f64,
     /// Set when every node sits on a cell of one regular grid; the lattice traversal needs it.

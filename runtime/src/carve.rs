@@ -227,6 +227,7 @@ fn body(c: &Carve, ranges: &[Range; 3], mut cells: Vec<[u32; 3]>) -> Body {
         x,
         material: vec![],
         regions: vec![],
+        horizon: vec![],
         cross,
         grid: Some(Grid {
             origin,

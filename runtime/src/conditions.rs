@@ -35,7 +35,7 @@ impl Expression {
         }
     }
 
-    fn function(&self) -> Result<Function, InputError> {
+    pub(crate) fn function(&self) -> Result<Function, InputError> {
         Function::new(&self.tape, 4).map_err(|e| {
             InputError::new(
                 format!("`{}`: {e}", self.text),

@@ -8,6 +8,7 @@ mod check;
 mod constants;
 mod error;
 mod geometry;
+mod levels;
 mod meets;
 mod memory;
 mod needs;
@@ -22,6 +23,7 @@ pub use crate::lane::Isa;
 pub use crate::law::Law;
 pub use crate::state::{FamilyState, State};
 pub use error::SetupError;
+pub use levels::Grading;
 pub use memory::Report;
 pub use needs::Need;
 
@@ -42,6 +44,8 @@ pub struct Settings {
     /// Of every material [m]; a single one is that of all. Two meet in their average: a bond between two materials
     /// exists where it is no longer than that.
     pub horizon: Vec<f64>,
+    /// How many different horizons [`crate::body::Body::horizon`] may have; where it has more, they are rounded to so many.
+    pub horizon_levels: usize,
     /// Neighbours near the rim count in part: 1 for r <= delta - dx/2, else (delta + dx/2 - r)/dx.
     pub partial_volume: bool,
     /// `ball()` is the sum over a full lattice family instead of the integral.
@@ -63,11 +67,6 @@ impl Settings {
     /// The largest horizon [m].
     pub(crate) fn reach(&self) -> f64 {
         self.horizon.iter().copied().fold(0.0, f64::max)
-    }
-
-    /// The smallest horizon [m].
-    pub(crate) fn least_horizon(&self) -> f64 {
-        self.horizon.iter().copied().fold(f64::INFINITY, f64::min)
     }
 }
 
@@ -164,6 +163,7 @@ pub struct Engine {
     /// Number of state slots.
     state_slots: usize,
     bonds: Vec<BondData>,
+    grading: Grading,
     /// Bonds broken by the running sweep, per chunk.
     broken: Vec<u32>,
     redo: redo::Redo,
@@ -436,9 +436,15 @@ impl Engine {
         &self.spec
     }
 
-    /// Constants of the law at the nodes of a material, in the order of [`Spec::constants`].
+    /// Constants of the law at the nodes of a material, in the order of [`Spec::constants`]. With [`crate::body::Body::horizon`],
+    /// of those of one material and one horizon, in ascending order of both.
     pub fn constants(&self, material: usize) -> &[f64] {
         &self.constants[material]
+    }
+
+    /// The horizons of the nodes.
+    pub fn grading(&self) -> &Grading {
+        &self.grading
     }
 }
 

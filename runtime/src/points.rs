@@ -23,14 +23,8 @@ pub struct Points {
 /// Reads a body from a CSV file with a header; columns may stand in any order, columns beyond the dimension
 /// may be absent, further columns are ignored.
 pub fn read(path: &Path, points: &Points) -> Result<Body, InputError> {
-    let file = std::fs::File::open(path).map_err(|e| {
-        InputError::new(
-            format!("cannot read {}: {e}", path.display()),
-            "check the path of the point file",
-        )
-    })?;
     parse(
-        std::io::BufReader::new(file),
+        std::io::BufReader::new(open(path)?),
         &path.display().to_string(),
         points,
     )
@@ -39,10 +33,7 @@ pub fn read(path: &Path, points: &Points) -> Result<Body, InputError> {
 /// As [`read`], from any source; `name` stands in messages.
 pub fn parse(source: impl Read, name: &str, points: &Points) -> Result<Body, InputError> {
     check(points)?;
-    let mut reader = csv::ReaderBuilder::new()
-        .trim(csv::Trim::All)
-        .comment(Some(b'#'))
-        .from_reader(source);
+    let mut reader = reader(source);
     let columns = columns(&mut reader, name, points.flavour.dim())?;
     let mut body = empty(points);
     let mut seen = HashMap::new();
@@ -60,6 +51,48 @@ pub fn parse(source: impl Read, name: &str, points: &Points) -> Result<Body, Inp
         body.volume.push(volume);
     }
     finish(body, name, points)
+}
+
+/// One more column of a point file [SI], a number per point.
+pub fn column(path: &Path, wanted: &str) -> Result<Vec<f64>, InputError> {
+    let name = path.display().to_string();
+    let file = open(path)?;
+    let mut reader = reader(std::io::BufReader::new(file));
+    let header = reader.headers().map_err(|e| malformed(&name, &e))?;
+    let found = header.iter().position(|h| h.eq_ignore_ascii_case(wanted));
+    if found.is_none() {
+        let have: Vec<&str> = header.iter().collect();
+        return Err(InputError::new(
+            format!(
+                "{name}:1: there is no column `{wanted}` among `{}`",
+                have.join("`, `")
+            ),
+            "the first line names the columns",
+        ));
+    }
+    let mut values = Vec::new();
+    for record in reader.records() {
+        let record = record.map_err(|e| malformed(&name, &e))?;
+        let line = record.position().map_or(0, csv::Position::line);
+        values.push(number(&record, found, wanted, &name, line)?);
+    }
+    Ok(values)
+}
+
+fn open(path: &Path) -> Result<std::fs::File, InputError> {
+    std::fs::File::open(path).map_err(|e| {
+        InputError::new(
+            format!("cannot read {}: {e}", path.display()),
+            "check the path of the point file",
+        )
+    })
+}
+
+fn reader<R: Read>(source: R) -> csv::Reader<R> {
+    csv::ReaderBuilder::new()
+        .trim(csv::Trim::All)
+        .comment(Some(b'#'))
+        .from_reader(source)
 }
 
 const COLUMNS: [&str; 4] = ["x", "y", "z", "volume"];
@@ -85,6 +118,7 @@ fn empty(points: &Points) -> Body {
         volume: Vec::new(),
         material: vec![],
         regions: vec![],
+        horizon: vec![],
         cross: if points.flavour.dim() == 3 {
             1.0
         } else {

@@ -48,6 +48,7 @@ pub(crate) fn block(cells: [f64; 3], flavour: Flavour, s0: f64) -> Setup {
             materials: vec![vec![1.0, s0]],
             influences: vec![],
             horizon: vec![1.5],
+            horizon_levels: 64,
             partial_volume: false,
             lattice_constants: false,
             without: vec![],

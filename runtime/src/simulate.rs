@@ -75,7 +75,7 @@ pub struct Simulation {
     pub engine: Engine,
     pub state: State,
     pub density: Density,
-    /// The smallest and the largest horizon of all materials [m].
+    /// The smallest and the largest horizon [m].
     pub horizon: f64,
     pub reach: f64,
     pub indenters: Vec<Indenter>,
@@ -159,7 +159,6 @@ impl Simulation {
         let spec = setup.law.spec.clone();
         let scene = fingerprint(&setup, &spec)?;
         let no_fail = no_fail(&setup)?;
-        let (horizon, reach) = (setup.settings.least_horizon(), setup.settings.reach());
         let mut engine = Engine::new(&setup.body, setup.law, setup.settings)
             .map_err(|e| InputError::new(e.to_string(), ""))?;
         if !setup.no_fail.is_empty() {
@@ -176,6 +175,9 @@ impl Simulation {
             setup.body.flavour.dim(),
             engine.len(),
         );
+        let horizons = &engine.grading().horizons;
+        let end = |h: Option<&f64>| h.copied().unwrap_or(0.0);
+        let (horizon, reach) = (end(horizons.first()), end(horizons.last()));
         let identity = Identity {
             scene,
             layout: layout(&engine),
@@ -517,6 +519,8 @@ fn fingerprint(setup: &Setup, spec: &Spec) -> Result<u64, InputError> {
     let body = &setup.body;
     f.debug(&(body.flavour, body.periodic, &setup.density));
     f.debug(&(body.cross, body.spacing, &body.material, &body.regions));
+    f.debug(&s.horizon_levels);
+    body.horizon.iter().for_each(|h| f.number(*h));
     setup
         .body
         .x

@@ -379,6 +379,7 @@ impl Question<'_> {
                 .map(|(f, v)| (influence(f), v.clone()))
                 .collect(),
             horizon: vec![self.horizon],
+            horizon_levels: 64,
             partial_volume: self.partial_volume,
             lattice_constants: self.lattice_constants,
             without: self.without.clone(),

@@ -78,6 +78,7 @@ fn from_cells(flavour: Flavour, shape: [u32; 3], cell: Vec<[u32; 3]>, periodic: 
         volume: vec![cell_volume(flavour); cell.len()],
         material: vec![],
         regions: vec![],
+        horizon: vec![],
         cross: cross(flavour),
         grid: Some(Grid {
             origin,

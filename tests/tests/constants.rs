@@ -16,6 +16,7 @@ fn pair(flavour: Flavour, length: f64) -> Body {
         volume: vec![1.0; 2],
         material: vec![],
         regions: vec![],
+        horizon: vec![],
         cross: 1.0,
         grid: None,
         spacing: length,

@@ -190,6 +190,7 @@ fn two_nodes_exchange_heat() {
             volume: vec![volume; 2],
             material: vec![],
             regions: vec![],
+            horizon: vec![],
             cross: 1.0,
             grid: None,
             spacing: length,

@@ -22,6 +22,7 @@ fn body() -> Body {
         volume: vec![VOLUME; CELLS.pow(3)],
         material: vec![],
         regions: vec![],
+        horizon: vec![],
         cross: 1.0,
         grid: Some(grid),
         spacing: DX,

@@ -173,6 +173,7 @@ fn unknown_weights_are_refused() {
         materials: vec![question.params.clone()],
         influences: vec![],
         horizon: vec![question.horizon],
+        horizon_levels: 64,
         partial_volume: false,
         lattice_constants: false,
         without: question.without.clone(),

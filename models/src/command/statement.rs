@@ -11,6 +11,9 @@ use serde_json::{Map, Value};
 /// How a law becomes two to four times as fast.
 const COMPILE: &str = "name the file in pdlang_macros::include_model!(\"..\") in a Rust program, or put it into models/laws and models/src/registry.rs and build again";
 
+/// Part of empty lanes that is worth a word.
+const WASTE: f64 = 0.05;
+
 /// Named lines under a title.
 pub struct Statement {
     title: String,
@@ -120,10 +123,19 @@ fn body(s: &mut Statement, scene: &Scene, simulation: &Simulation) {
             body.spacing
         ),
     );
-    let horizon = scene.family.horizon;
+    let horizons = &simulation.engine.grading().horizons;
+    let horizon = match scene.family.horizon.constant() {
+        Some(h) => format!("{h:.6e} m = {:.6} dx", h / body.spacing),
+        None => "by node".into(),
+    };
     let own = scene.material.parts.iter().enumerate();
-    let own =
-        own.filter_map(|(k, part)| Some(format!(", {:.6e} m in part {}", part.horizon?, k + 1)));
+    let own = own.filter_map(|(k, part)| {
+        let own = match part.horizon.as_ref()?.constant() {
+            Some(h) => format!("{h:.6e} m"),
+            None => "by node".into(),
+        };
+        Some(format!(", {own} in part {}", k + 1))
+    });
     let volumes = if scene.family.partial_volume {
         "partial volumes"
     } else {
@@ -132,12 +144,29 @@ fn body(s: &mut Statement, scene: &Scene, simulation: &Simulation) {
     s.add(
         "bonds",
         format!(
-            "{}, horizon {horizon:.6e} m = {:.6} dx{}, {volumes}",
+            "{}, horizon {horizon}{}, {volumes}",
             grouped(report.bonds as u64 / 2),
-            horizon / body.spacing,
             own.collect::<String>()
         ),
     );
+    if let ([first, .., last], false) = (&horizons[..], body.horizon.is_empty()) {
+        let levels = horizons.len();
+        let rounded = match simulation.engine.grading().rounding {
+            0.0 => "as given".to_string(),
+            r => format!("rounded by up to {:.2} %", 100.0 * r),
+        };
+        s.add(
+            "horizons",
+            format!("{levels} levels from {first:.6e} m to {last:.6e} m, {rounded}"),
+        );
+    }
+    if !body.horizon.is_empty() && report.empty_lanes > WASTE {
+        let share = 100.0 * report.empty_lanes;
+        s.add(
+            "waste",
+            format!("{share:.0} % of the lanes hold no node: fewer `horizon_levels` fill them"),
+        );
+    }
     let compiled = report
         .sweeps
         .iter()

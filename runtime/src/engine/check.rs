@@ -32,6 +32,13 @@ pub(super) fn body(b: &Body) -> Result<(), SetupError> {
             return fail(format!("node {i} has volume {v}; volumes must be positive"));
         }
     }
+    if !b.horizon.is_empty() && b.horizon.len() != b.x.len() {
+        return fail("horizons for some of the nodes only".into());
+    }
+    let bad = |h: &f64| !(h.is_finite() && *h >= 0.0);
+    if let Some((i, h)) = b.horizon.iter().enumerate().find(|(_, h)| bad(h)) {
+        return fail(format!("node {i} has the horizon {h}; it must be positive"));
+    }
     for (name, v) in [
         ("spacing", b.spacing),
         ("cross-section or thickness", b.cross),
@@ -127,6 +134,9 @@ pub(super) fn settings(spec: &Spec, body: &Body, s: &Settings) -> Result<(), Set
     }
     if let Some(h) = s.horizon.iter().find(|h| !(h.is_finite() && **h > 0.0)) {
         return fail(format!("the horizon is {h}; it must be positive"));
+    }
+    if s.horizon_levels == 0 {
+        return fail("0 levels of the horizon; one is the least".into());
     }
     if s.horizon.len() != 1 && s.horizon.len() != s.materials.len() {
         return fail(format!(

@@ -7,6 +7,7 @@ use crate::spec::Spec;
 use crate::tape::{
     Code, Influence, Leaf, Leaves, Limits, Place, ball, length, length_squared, numbers,
 };
+use rayon::prelude::*;
 use std::sync::OnceLock;
 
 /// What every reference quantity reads.
@@ -21,7 +22,8 @@ pub(super) struct Materials<'a> {
     failure: OnceLock<SetupError>,
 }
 
-/// What two materials have on the bonds between them.
+/// What two materials have on the bonds between them, from both ends.
+#[derive(Clone)]
 pub(super) struct Pair {
     /// [m]
     pub horizon: f64,
@@ -32,6 +34,7 @@ pub(super) struct Pair {
 }
 
 /// What is the same on all bonds of a pair whose constants are not.
+#[derive(Clone)]
 struct ByLengths {
     /// Integrals over the horizon, by position; `None` where the lengths count.
     balls: Vec<Option<f64>>,
@@ -47,10 +50,20 @@ impl<'a> Materials<'a> {
     ) -> Result<Materials<'a>, SetupError> {
         let maker = Maker::new(spec, body, settings)?;
         let count = settings.materials.len();
-        let pairs = (0..count * count).map(|pair| maker.pair(pair / count, pair % count));
+        let half: Vec<Pair> = (0..count * count)
+            .into_par_iter()
+            .filter(|pair| pair / count <= pair % count)
+            .map(|pair| maker.pair(pair / count, pair % count))
+            .collect::<Result<_, _>>()?;
+        // Rows of a triangle, each shorter by one than the one before.
+        let place = |a: usize, b: usize| a * count - a * (a + 1) / 2 + b;
+        let pair = |k: usize| {
+            let (a, b) = (k / count, k % count);
+            half[place(a.min(b), a.max(b))].clone()
+        };
         Ok(Materials {
             count,
-            pairs: pairs.collect::<Result<_, _>>()?,
+            pairs: (0..count * count).map(pair).collect(),
             maker,
             regions: Regions::new(body),
             failure: OnceLock::new(),

@@ -23,7 +23,9 @@ pub struct Report {
     pub bond_bytes: usize,
     /// Node arrays of the engine and of one state.
     pub node_bytes: usize,
-    /// Constants of the law, by position.
+    /// Lanes of the chunks that hold no node, as a part of all; each material and horizon begins a chunk.
+    pub empty_lanes: f64,
+    /// Constants of the law at the nodes of the first material, by position.
     pub constants: Vec<f64>,
 }
 
@@ -60,6 +62,8 @@ impl Engine {
                 + 32 * (self.x_records.len() + self.u_records.len())
                 + bytes(&self.arrays)
                 + 8 * state * self.layout.len,
+            empty_lanes: 1.0
+                - self.layout.slot.len() as f64 / (CHUNK * self.layout.chunks()) as f64,
             constants: self.constants[0].clone(),
         }
     }
@@ -98,12 +102,12 @@ fn estimate(spec: &Spec, programs: &[Program], body: &Body, s: &Settings, lattic
         _ => {
             let n = body.x.len() as f64;
             let geometry: usize = programs.iter().map(|p| p.geometry.outs.len()).sum();
-            let of = |m: usize| body.material.iter().filter(|o| **o as usize == m).count() as f64;
             let bonds = match s.horizon[..] {
                 [horizon] => n * neighbours(body, horizon),
-                _ => (s.horizon.iter().enumerate())
-                    .map(|(m, horizon)| of(m) * neighbours(body, *horizon))
-                    .sum(),
+                _ => {
+                    let each: Vec<f64> = s.horizon.iter().map(|h| neighbours(body, *h)).collect();
+                    body.material.iter().map(|m| each[*m as usize]).sum()
+                }
             };
             (n, bonds, 4.5 + 8.0 * geometry as f64)
         }

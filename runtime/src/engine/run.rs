@@ -8,6 +8,7 @@ use crate::layout::Shape;
 use crate::spec::{SlotKind, Stage};
 use crate::traverse::{CHUNK, Call, MAX_GEOMETRY, MAX_HISTORIES, MAX_SLOTS};
 use rayon::prelude::*;
+use std::ops::Range;
 use std::ptr::{null, null_mut};
 
 /// Rows of a task: tens of microseconds, so that handing it out costs nothing.
@@ -26,25 +27,23 @@ impl Engine {
 
     /// A pure run over the whole body.
     pub(super) fn run_all(&mut self, k: usize, s: &State) {
-        for part in 0..self.layout.parts.len() {
-            let call = self.call(k, part, s);
-            let (p, bonds) = (&self.programs[k], &self.bonds[self.programs[k].family]);
-            let whole = if p.reference {
-                &bonds.whole_reference
-            } else {
-                &bonds.whole_intact
-            };
-            self.over_chunks(p, &call, part, whole);
-        }
+        let calls = self.calls(k, s);
+        let (p, bonds) = (&self.programs[k], &self.bonds[self.programs[k].family]);
+        let whole = if p.reference {
+            &bonds.whole_reference
+        } else {
+            &bonds.whole_intact
+        };
+        self.over_chunks(p, &calls, whole);
         self.refresh_outputs(k);
     }
 
     /// A run that breaks bonds: always with masks.
     pub(super) fn run_armed(&mut self, k: usize, s: &mut State) {
-        for part in 0..self.layout.parts.len() {
-            let mut call = self.call(k, part, s);
-            let family = self.programs[k].family;
-            let bonds = &self.bonds[family];
+        let mut calls = self.calls(k, s);
+        let family = self.programs[k].family;
+        let bonds = &self.bonds[family];
+        for call in &mut calls {
             if bonds.armed.is_empty() {
                 call.armed = &ALL;
             } else {
@@ -52,48 +51,59 @@ impl Engine {
             }
             call.broken = self.broken.as_mut_ptr();
             call.bits = s.families[family].intact.as_mut_ptr();
-            self.over_chunks(&self.programs[k], &call, part, &[]);
         }
+        self.over_chunks(&self.programs[k], &calls, &[]);
         self.refresh_outputs(k);
     }
 
     /// A pure run over some chunks.
     pub(super) fn run_some(&mut self, k: usize, s: &State, chunks: &[u32]) {
         let run = self.programs[k].run[1];
-        for part in 0..self.layout.parts.len() {
-            let call = self.call(k, part, s);
-            let here = &self.layout.parts[part];
-            // SAFETY: as in `over_chunks`.
-            let one = |&c: &u32| {
-                if here.contains(&(c as usize)) {
-                    unsafe { run(&call, c as usize, c as usize + 1) }
-                }
-            };
-            if chunks.len() >= 256 && rayon::current_num_threads() > 1 {
-                chunks.par_iter().with_min_len(64).for_each(one);
-            } else {
-                chunks.iter().for_each(one);
-            }
+        let (calls, parts) = (self.calls(k, s), &self.layout.parts);
+        // SAFETY: as in `over_chunks`.
+        let one = |&c: &u32| unsafe {
+            let part = parts.partition_point(|part| part.end <= c as usize);
+            run(&calls[part], c as usize, c as usize + 1)
+        };
+        if chunks.len() >= 256 && rayon::current_num_threads() > 1 {
+            chunks.par_iter().with_min_len(64).for_each(one);
+        } else {
+            chunks.iter().for_each(one);
         }
         self.refresh_outputs(k);
     }
 
-    /// `whole`: one byte per chunk, 1 where the instance without masks may run; empty: nowhere.
-    fn over_chunks(&self, p: &Program, call: &Call, part: usize, whole: &[u8]) {
-        let chunks = self.layout.parts[part].clone();
+    /// `calls`: one per material. `whole`: one byte per chunk, 1 where the instance without masks may run; empty: nowhere.
+    fn over_chunks(&self, p: &Program, calls: &[Call], whole: &[u8]) {
         let rows = self.families[p.family].present.len() / self.layout.chunks().max(1);
         let grain = (ROWS_PER_TASK / (rows + 8)).clamp(1, 512);
-        let tasks = chunks.len().div_ceil(grain);
         // SAFETY: the instances were chosen for this processor and this traversal.
-        let task = |t: usize| unsafe {
+        let one = |call: &Call, chunks: &Range<usize>, t: usize| unsafe {
             let from = chunks.start + t * grain;
             stretch(p.run, call, whole, from, (from + grain).min(chunks.end))
         };
-        if tasks > 1 && rayon::current_num_threads() > 1 {
-            (0..tasks).into_par_iter().for_each(task);
+        // Those of all materials at once: one of them may be too small for many threads.
+        let tasks = calls
+            .iter()
+            .zip(&self.layout.parts)
+            .flat_map(|(call, chunks)| {
+                (0..chunks.len().div_ceil(grain)).map(move |t| (call, chunks, t))
+            });
+        if rayon::current_num_threads() > 1 && self.layout.chunks() > grain {
+            let tasks: Vec<(&Call, &Range<usize>, usize)> = tasks.collect();
+            tasks
+                .into_par_iter()
+                .for_each(|(call, chunks, t)| one(call, chunks, t));
         } else {
-            (0..tasks).for_each(task);
+            tasks.for_each(|(call, chunks, t)| one(call, chunks, t));
         }
+    }
+
+    /// One per material.
+    fn calls(&mut self, k: usize, s: &State) -> Vec<Call> {
+        (0..self.layout.parts.len())
+            .map(|part| self.call(k, part, s))
+            .collect()
     }
 
     /// What a sweep reads and writes on the nodes of one material.

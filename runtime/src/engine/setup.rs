@@ -1,6 +1,7 @@
 //! Making an engine: check, estimate, lay out, evaluate, run the reference stage.
 use super::constants::{AtReferenceBond, Materials};
 use super::geometry::{Geometry, Streams, table, vector};
+use super::levels::{Grading, group};
 use super::needs::Needs;
 use super::program::{Choice, Program, programs};
 use super::redo::Redo;
@@ -26,6 +27,8 @@ pub(super) fn engine(body: &Body, law: Law, settings: Settings) -> Result<Engine
     check::spec(&spec)?;
     check::body(body)?;
     check::settings(&spec, body, &settings)?;
+    let grouped = group(body, &settings)?;
+    let (body, settings) = (&*grouped.body, &*grouped.settings);
     if spec.dim != body.flavour.dim() {
         let m = format!(
             "it has {} dimensions, the body is {}",
@@ -34,8 +37,8 @@ pub(super) fn engine(body: &Body, law: Law, settings: Settings) -> Result<Engine
         );
         return Err(SetupError::law(&spec.law, m));
     }
-    let materials = Materials::new(&spec, body, &settings)?;
-    let lattice = use_lattice(body, &settings, materials.by_lengths())?;
+    let materials = Materials::new(&spec, body, settings)?;
+    let lattice = use_lattice(body, settings, materials.by_lengths())?;
     let isa = settings.isa.unwrap_or_else(Isa::best);
     let programs = programs(
         &spec,
@@ -46,9 +49,9 @@ pub(super) fn engine(body: &Body, law: Law, settings: Settings) -> Result<Engine
             flavour: body.flavour,
         },
     )?;
-    memory::check(&spec, &programs, body, &settings, lattice)?;
+    memory::check(&spec, &programs, body, settings, lattice)?;
     let filters = filters(&spec, body, &materials)?;
-    let (layout, families) = lay_out(body, &settings, lattice, &materials, &filters);
+    let (layout, families) = lay_out(body, settings, lattice, &materials, &filters);
     drop(filters);
     for f in &families {
         if f.present.len() + 1 >= (i32::MAX as usize) / CHUNK {
@@ -58,13 +61,22 @@ pub(super) fn engine(body: &Body, law: Law, settings: Settings) -> Result<Engine
         }
     }
     let (geometry, streams) = geometry(
-        &spec, &programs, body, &settings, &layout, &families, &materials, isa,
+        &spec, &programs, body, settings, &layout, &families, &materials, isa,
     )?;
     materials.check()?;
     let constants = materials.own();
     drop(materials);
     let mut engine = assemble(
-        spec, isa, lattice, layout, families, programs, geometry, streams, constants,
+        spec,
+        isa,
+        lattice,
+        layout,
+        families,
+        programs,
+        geometry,
+        streams,
+        constants,
+        grouped.grading.clone(),
     );
     let rest = engine.state();
     engine.refresh_whole(&rest);
@@ -218,6 +230,7 @@ fn assemble(
     geometry: Vec<Geometry>,
     streams: Vec<Vec<f64>>,
     constants: Vec<Vec<f64>>,
+    grading: Grading,
 ) -> Engine {
     let (homes, arrays, state_slots) = homes(&spec);
     let mut reads_ghosts = vec![false; spec.slots.len()];
@@ -256,6 +269,7 @@ fn assemble(
         geometry,
         streams,
         constants,
+        grading,
         homes,
         reads_ghosts,
         state_slots,

@@ -24,6 +24,7 @@ pub(super) fn block(flavour: Flavour, shape: [u32; 3], dx: f64) -> Body {
         volume: vec![dx.powi(flavour.dim() as i32) * cross; n],
         material: vec![],
         regions: vec![],
+        horizon: vec![],
         cross,
         grid: Some(Grid {
             origin: [0.0; 3],

@@ -94,8 +94,7 @@ impl Layout {
         }
         let material = |slot: usize| {
             let (chunk, _) = self.place(slot);
-            let of = self.parts.iter().position(|part| part.contains(&chunk));
-            of.unwrap_or_default()
+            self.parts.partition_point(|part| part.end <= chunk)
         };
         material(from) * self.parts.len() + material(to)
     }

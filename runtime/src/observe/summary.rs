@@ -17,8 +17,15 @@ pub struct Summary {
     pub bonds: u64,
     /// [m]
     pub spacing: f64,
-    /// The smallest of all materials [m].
+    /// The smallest of all nodes [m].
     pub horizon: f64,
+    /// The largest of all nodes [m].
+    pub reach: f64,
+    /// How many different ones there are, and by how much rounding changed one, as a part of it.
+    pub horizon_levels: usize,
+    pub horizon_rounding: f64,
+    /// Lanes of the chunks that hold no node, as a part of all.
+    pub empty_lanes: f64,
     pub traversal: String,
     pub instruction_set: String,
     /// Whether the sweeps are machine code or interpreted.
@@ -75,6 +82,10 @@ impl Summary {
             bonds: report.bonds as u64 / 2,
             spacing: sim.body.spacing,
             horizon: sim.horizon,
+            reach: sim.reach,
+            horizon_levels: sim.engine.grading().horizons.len(),
+            horizon_rounding: sim.engine.grading().rounding,
+            empty_lanes: report.empty_lanes,
             traversal: report.traversal.to_string(),
             instruction_set: format!("{:?}", report.isa).to_lowercase(),
             compiled: report.sweeps.iter().all(|(_, compiled)| *compiled),

@@ -1,22 +1,59 @@
 //! `[family]`: the horizon and how bonds are visited.
 
+use std::ops::Range;
+
 use super::document::Data;
+use super::formula;
 use super::problem::Problem;
 use super::section::{Placed, Section};
+use crate::conditions::Expression;
 use crate::engine::{Isa, Traversal};
+use crate::language::Expected;
 use crate::language::dimension::LENGTH;
 
 /// Which bonds there are and how they are visited.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Family {
-    /// [m]
-    pub horizon: f64,
+    pub horizon: Horizon,
+    /// How many different horizons there are at most where nodes have their own.
+    pub horizon_levels: usize,
     /// Neighbours that the horizon cuts count in part.
     pub partial_volume: bool,
     pub traversal: Traversal,
     /// `None` takes the best that the machine has.
     pub isa: Option<Isa>,
 }
+
+/// How far bonds reach from the nodes of a body or of a part.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Horizon {
+    /// [m]
+    Constant(f64),
+    /// In x, y and z.
+    Expression(Expression, Range<usize>),
+    /// A column of the point file [m].
+    Column(String, Range<usize>),
+}
+
+impl Horizon {
+    /// [m], where all nodes have the same.
+    pub fn constant(&self) -> Option<f64> {
+        match self {
+            Horizon::Constant(h) => Some(*h),
+            _ => None,
+        }
+    }
+
+    /// Where the scene gives it.
+    pub(super) fn span(&self) -> Range<usize> {
+        match self {
+            Horizon::Constant(_) => 0..0,
+            Horizon::Expression(_, span) | Horizon::Column(_, span) => span.clone(),
+        }
+    }
+}
+
+const LEVELS: u64 = 64;
 
 const TRAVERSALS: [(&str, Traversal); 3] = [
     ("auto", Traversal::Auto),
@@ -33,20 +70,48 @@ const INSTRUCTIONS: [(&str, Option<Isa>); 4] = [
 
 pub(super) fn read(section: Section<'_>, spacing: Option<&Placed<f64>>) -> Option<Family> {
     let horizon = horizon(&section, spacing);
+    let levels = section.count("horizon_levels", 1);
     let partial_volume = section.flag("partial_volume");
     let traversal = section.choice("traversal", &TRAVERSALS);
     let isa = section.choice("instructions", &INSTRUCTIONS);
     section.finish();
     Some(Family {
         horizon: horizon?,
+        horizon_levels: levels.unwrap_or(LEVELS) as usize,
         partial_volume: partial_volume.unwrap_or(false),
         traversal: traversal.unwrap_or(Traversal::Auto),
         isa: isa.flatten(),
     })
 }
 
-/// A length, or a multiple of the spacing: `"3 dx"`.
-pub(super) fn horizon(section: &Section<'_>, spacing: Option<&Placed<f64>>) -> Option<f64> {
+/// A length, a multiple of the spacing, `"3 dx"`, an expression in x, y, z, or `{ column = ".." }` of a point file.
+pub(super) fn horizon(section: &Section<'_>, spacing: Option<&Placed<f64>>) -> Option<Horizon> {
+    let multiple = |text: &String| multiple(text).is_some();
+    match section.value("horizon") {
+        Some(value) if matches!(value.data, Data::Table(_)) => {
+            let table = section.section("horizon")?;
+            let column = table.text("column");
+            let column = table.require("column", column, "\"delta\", the name of a column");
+            table.finish();
+            Some(Horizon::Column(column?.value.into(), value.span.clone()))
+        }
+        Some(value) if matches!(&value.data, Data::Text(text) if !multiple(text)) => {
+            let unit = Expected::Unit(LENGTH);
+            let found = section.reader.expression(value, 3, unit)?;
+            match (formula::last_variable(&found.tape), &value.data) {
+                (Some(_), Data::Text(text)) => {
+                    let (text, tape) = (text.clone(), found.tape);
+                    let expression = Expression { text, tape };
+                    Some(Horizon::Expression(expression, value.span.clone()))
+                }
+                _ => constant(section, spacing).map(Horizon::Constant),
+            }
+        }
+        _ => constant(section, spacing).map(Horizon::Constant),
+    }
+}
+
+fn constant(section: &Section<'_>, spacing: Option<&Placed<f64>>) -> Option<f64> {
     let found = match (section.value("horizon").map(|v| &v.data), spacing) {
         (Some(Data::Text(text)), _) if multiple(text).is_some() => {
             let factor = multiple(text)?;

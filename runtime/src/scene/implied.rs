@@ -10,14 +10,15 @@ const STRAIN: f64 = 1e-6;
 
 /// The modulus against uniform expansion of a node with a full family on the scene's lattice [Pa]: the K of
 /// W = K theta^2/2, in three dimensions the bulk modulus. Sums over a lattice differ from the integrals that
-/// constants are made of; this is the number to compare with. `None` for a cloud and for a law without energy.
+/// constants are made of; this is the number to compare with. `None` for a cloud, for a law without energy and where nodes have their
+/// own horizons.
 pub fn modulus(scene: &Scene) -> Option<f64> {
     let Nodes::Carved(carved) = &scene.nodes else {
         return None;
     };
     let law = scene.material.law.clone();
     law.spec.energy?;
-    let cells = (scene.family.horizon / carved.spacing).floor() + 1.0;
+    let cells = (scene.family.horizon.constant()? / carved.spacing).floor() + 1.0;
     let mut settings = scene.settings();
     settings.traversal = crate::engine::Traversal::Cloud;
     let body = carve(&block(carved, cells * carved.spacing)).ok()?;

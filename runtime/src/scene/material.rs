@@ -1,6 +1,7 @@
 //! `[material]`: the law, its parameters and influence functions.
 
 use super::document::{Data, Value};
+use super::family::Horizon;
 use super::problem::Problem;
 use super::section::{Placed, Section, listed};
 use super::{family, shape};
@@ -36,8 +37,8 @@ pub struct Part {
     pub region: Shape,
     pub density: Option<f64>,
     pub params: Vec<f64>,
-    /// [m]; `None` for that of the family.
-    pub horizon: Option<f64>,
+    /// `None` for that of the family.
+    pub horizon: Option<Horizon>,
 }
 
 impl Material {
@@ -48,9 +49,10 @@ impl Material {
         std::iter::once(base).chain(parts).collect()
     }
 
-    /// The horizon of every material where that of the family is `base` [m].
-    pub fn horizons(&self, base: f64) -> Vec<f64> {
-        let parts = self.parts.iter().map(|p| p.horizon.unwrap_or(base));
+    /// The horizon of every material where that of the family is `base`.
+    pub fn horizons<'a>(&'a self, base: &'a Horizon) -> Vec<&'a Horizon> {
+        let parts = self.parts.iter();
+        let parts = parts.map(|p| p.horizon.as_ref().unwrap_or(base));
         std::iter::once(base).chain(parts).collect()
     }
 }

@@ -21,7 +21,7 @@ mod shape;
 mod time;
 
 pub use body::Nodes;
-pub use family::Family;
+pub use family::{Family, Horizon};
 pub use material::{Influence, Material};
 pub use problem::{Problem, Problems};
 pub use section::nearest;

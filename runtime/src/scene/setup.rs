@@ -1,7 +1,10 @@
 //! From a scene to a simulation: the body is built here, and what only then shows is told.
 
+use std::ops::Range;
+
 use super::Scene;
 use super::body::Nodes;
+use super::family::Horizon;
 use super::problem::{Problem, Problems};
 use crate::body::Body;
 use crate::carve::carve;
@@ -17,11 +20,14 @@ impl Scene {
     /// # Errors
     /// A body that is empty, does not fit in memory or cannot be read.
     pub fn setup(&self) -> Result<Setup, Problems> {
+        let mut body = self.nodes().map_err(|e| self.problem(e))?;
+        let mut settings = self.settings();
+        self.grade(&mut body, &mut settings.horizon)?;
         Ok(Setup {
             title: self.title.clone(),
-            body: self.nodes().map_err(|e| self.problem(e))?,
+            body,
             law: self.material.law.clone(),
-            settings: self.settings(),
+            settings,
             density: self
                 .material
                 .sets()
@@ -47,7 +53,7 @@ impl Scene {
         Simulation::new(self.setup()?).map_err(|e| self.problem(e))
     }
 
-    /// How the engine is to be built.
+    /// How the engine is to be built. Where nodes have their own horizon, that of their material is the spacing.
     pub fn settings(&self) -> Settings {
         Settings {
             materials: self.material.sets().into_iter().map(|m| m.1).collect(),
@@ -57,7 +63,10 @@ impl Scene {
                 .iter()
                 .map(|i| (i.function.clone(), i.values.clone()))
                 .collect(),
-            horizon: self.material.horizons(self.family.horizon),
+            horizon: (self.material.horizons(&self.family.horizon).iter())
+                .map(|h| h.constant().unwrap_or(self.nodes.spacing()))
+                .collect(),
+            horizon_levels: self.family.horizon_levels,
             partial_volume: self.family.partial_volume,
             lattice_constants: self.material.lattice_constants,
             without: self.material.without.clone(),
@@ -86,6 +95,77 @@ impl Scene {
         Ok(body)
     }
 
+    /// Horizons of the nodes that have their own; the largest is that of their material.
+    fn grade(&self, body: &mut Body, largest: &mut [f64]) -> Result<(), Problems> {
+        for (m, horizon) in self
+            .material
+            .horizons(&self.family.horizon)
+            .iter()
+            .enumerate()
+        {
+            if horizon.constant().is_some() {
+                continue;
+            }
+            let own = self.own_horizons(body, horizon);
+            let own = own.map_err(|e| self.problem_at(horizon.span(), e))?;
+            body.horizon.resize(body.x.len(), 0.0);
+            for (node, own) in own.into_iter().enumerate() {
+                if body.material.get(node).copied().unwrap_or(0) as usize != m {
+                    continue;
+                }
+                if let Some(error) = self.too_small(body.x[node], own) {
+                    return Err(self.problem_at(horizon.span(), error));
+                }
+                body.horizon[node] = own;
+                largest[m] = largest[m].max(own);
+            }
+        }
+        Ok(())
+    }
+
+    /// Of all nodes, whatever their material.
+    fn own_horizons(&self, body: &Body, horizon: &Horizon) -> Result<Vec<f64>, InputError> {
+        match (horizon, &self.nodes) {
+            (Horizon::Constant(h), _) => Ok(vec![*h; body.x.len()]),
+            (Horizon::Expression(e, _), _) => {
+                let function = e.function()?;
+                Ok(body.x.iter().map(|x| function.call(x)).collect())
+            }
+            (Horizon::Column(name, _), Nodes::Points { file, .. }) => points::column(file, name),
+            (Horizon::Column(..), Nodes::Carved(_)) => Err(InputError::new(
+                "a body that is carved out of a shape has no columns",
+                "give the horizon as an expression in x, y and z, or the body as `points`",
+            )),
+        }
+    }
+
+    /// What is wrong with the horizon of a node.
+    fn too_small(&self, x: [f64; 3], horizon: f64) -> Option<InputError> {
+        let at: Vec<String> = x[..self.nodes.flavour().dim()]
+            .iter()
+            .map(|c| short(*c))
+            .collect();
+        let what = format!(
+            "the horizon of the node at ({}) m is {} m",
+            at.join(", "),
+            short(horizon)
+        );
+        if !(horizon > 0.0 && horizon.is_finite()) {
+            let remedy = "a horizon is a positive, finite length at every node";
+            return Some(InputError::new(what, remedy));
+        }
+        match &self.nodes {
+            Nodes::Carved(carved) if horizon < carved.spacing => Some(InputError::new(
+                format!(
+                    "{what}, less than the spacing of {} m",
+                    short(carved.spacing)
+                ),
+                "such a node has no neighbour of its kind: three times the spacing is usual",
+            )),
+            _ => None,
+        }
+    }
+
     fn body(&self) -> Result<Body, InputError> {
         match &self.nodes {
             Nodes::Carved(c) => carve(c),
@@ -110,7 +190,11 @@ impl Scene {
 
     /// An error of the built body, at the scene's `[body]`.
     fn problem(&self, error: InputError) -> Problems {
-        let problem = Problem::new(error.what).at(self.source.body.clone(), "");
+        self.problem_at(self.source.body.clone(), error)
+    }
+
+    fn problem_at(&self, place: Range<usize>, error: InputError) -> Problems {
+        let problem = Problem::new(error.what).at(place, "");
         let problem = if error.remedy.is_empty() {
             problem
         } else {
@@ -118,4 +202,10 @@ impl Scene {
         };
         Problems::sorted(&self.source.path, &self.source.text, vec![problem])
     }
+}
+
+/// Six digits.
+fn short(value: f64) -> String {
+    let rounded = format!("{value:.5e}").parse::<f64>();
+    rounded.map_or_else(|_| value.to_string(), |v| v.to_string())
 }

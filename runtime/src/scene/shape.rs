@@ -102,7 +102,13 @@ fn simple(parent: &Section<'_>, word: &str, dim: usize) -> Option<Shape> {
         section.require("radius", found, "\"10 mm\"")
     };
     let shape = match word {
-        "box" => pair(point("from"), point("to")).map(|(from, to)| Shape::Box { from, to }),
+        "box" => pair(point("from"), point("to")).map(|(mut from, mut to)| {
+            // Without end beyond the dimension: a box has an inside there too, which a difference takes away.
+            for d in dim..3 {
+                (from[d], to[d]) = (f64::NEG_INFINITY, f64::INFINITY);
+            }
+            Shape::Box { from, to }
+        }),
         "cylinder" => {
             let ends = pair(point("from"), point("to"));
             pair(ends, radius()).map(|((from, to), radius)| Shape::Cylinder { from, to, radius })

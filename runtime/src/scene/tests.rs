@@ -188,8 +188,8 @@ fn a_scene_is_understood() {
     assert_eq!(
         **base,
         Shape::Box {
-            from: [0.0; 3],
-            to: [0.01, 0.01, 0.0]
+            from: [0.0, 0.0, f64::NEG_INFINITY],
+            to: [0.01, 0.01, f64::INFINITY]
         }
     );
     assert_eq!(
@@ -199,7 +199,7 @@ fn a_scene_is_understood() {
             radius: 0.002
         }
     );
-    assert_eq!(scene.family.horizon, 3e-3);
+    assert_eq!(scene.family.horizon.constant(), Some(3e-3));
     assert_eq!(scene.material.params, [5.0, f64::INFINITY]);
     assert_eq!(scene.material.influences[0].function.name, "one");
     assert_eq!(
@@ -235,6 +235,16 @@ fn a_part_may_have_its_own_horizon() {
     assert_eq!(scene.settings().horizon, [3e-3, 2e-3]);
     let scene = parse(&SQUARE.replace("[time]", &part.replace("horizon", "c"))).err();
     assert!(scene.is_some(), "a parameter is no length");
+}
+
+#[test]
+fn a_box_can_be_taken_away_in_the_plane() {
+    let disc = "{ disc = { center = [0.005, 0.005], radius = \"2 mm\" } }";
+    let block = "{ box = { from = [0.0035, 0.0035], to = [0.0065, 0.0065] } }";
+    assert!(SQUARE.contains(disc));
+    let scene = parse(&SQUARE.replace(disc, block)).expect("a good scene");
+    let setup = scene.setup().unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(setup.body.x.len(), 11 * 11 - 3 * 3);
 }
 
 #[test]

@@ -36,6 +36,7 @@ pub fn body(n: u32) -> Body {
         volume: vec![DX.powi(3); cell.len()],
         material: vec![],
         regions: vec![],
+        horizon: vec![],
         cross: 1.0,
         grid: Some(Grid {
             origin: [0.0; 3],
@@ -55,6 +56,7 @@ pub fn engine(body: &Body, law: Law, params: Vec<f64>, traversal: Traversal, isa
         materials: vec![params],
         influences: law.spec.influences.iter().map(influence).collect(),
         horizon: vec![HORIZON],
+        horizon_levels: 64,
         partial_volume: true,
         lattice_constants: false,
         without: vec![],

@@ -6,6 +6,7 @@ fn settings(traversal: Traversal, isa: Isa) -> Settings {
         materials: vec![vec![3.0, 0.07]],
         influences: vec![],
         horizon: vec![3.015],
+        horizon_levels: 64,
         partial_volume: true,
         lattice_constants: false,
         without: vec![],
