@@ -1,6 +1,6 @@
 //! A checked law -> its responses as polynomials -> schedule -> [`Spec`], at one dimension.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use crate::constants::Constants;
 use crate::damping;
@@ -11,8 +11,8 @@ use crate::lower::{Lowering, Reading, component_name, stored_components, stored_
 use crate::poly::{Algebra, Atom, AtomId, Func, Poly, StateKind};
 use crate::schedule::{Responses, Schedule};
 use crate::spec::{
-    FamilySpec, FieldSpec, HistorySpec, InfluenceFn, InfluenceSpec, Number, ParamSpec, RateSpec,
-    SlotKind, Spec, WeightSpec,
+    FamilySpec, FieldSpec, HistorySpec, InfluenceFn, InfluenceSpec, Number, ParamSpec, PartSpec,
+    RateSpec, SlotKind, Spec, SweepSpec, WeightSpec,
 };
 use crate::sweep;
 use crate::tape::Builder;
@@ -47,6 +47,8 @@ pub fn watched(law: &Law, dim: usize, watch: &mut dyn FnMut(Between)) -> Result<
     let weights = weights(&mut lowering);
     let mut answers = answers(&mut lowering);
     answers.responses.weights = weights;
+    let (parts, part_of) = parts(&mut lowering);
+    answers.responses.parts = parts.iter().map(|part| part.1.clone()).collect();
     let (field_slots, history_slots) =
         (lowering.field_slots.clone(), lowering.history_slots.clone());
     let filters = filters(&mut lowering);
@@ -60,7 +62,7 @@ pub fn watched(law: &Law, dim: usize, watch: &mut dyn FnMut(Between)) -> Result<
     let mut constants = Constants::default();
     let families = families(law, &mut algebra, &mut constants, &filters);
     let drafts = schedule.drafts.clone();
-    let sweeps = drafts
+    let sweeps: Vec<SweepSpec> = drafts
         .iter()
         .map(|d| {
             sweep::write(
@@ -77,8 +79,12 @@ pub fn watched(law: &Law, dim: usize, watch: &mut dyn FnMut(Between)) -> Result<
     }
     let r = &answers.responses;
     let slot = |p: &Poly, s: &Schedule, stage| s.find(p, stage).map_or(0, |q| q.slot);
-    use crate::spec::Stage::{Energy, Step, Tangent, Update};
-    Ok(Spec {
+    use crate::spec::Stage::{Energy, Part, Step, Tangent, Update};
+    let part = |(text, p): (String, Poly)| PartSpec {
+        condition: text,
+        slot: slot(&p, &schedule, Part),
+    };
+    let mut spec = Spec {
         law: law.name.clone(),
         title: law.title.clone(),
         cites: law.cites.clone(),
@@ -87,7 +93,8 @@ pub fn watched(law: &Law, dim: usize, watch: &mut dyn FnMut(Between)) -> Result<
         params: law.params.iter().map(param).collect(),
         influences: law.influences.iter().map(influence).collect(),
         families,
-        fields: fields(law, dim, &field_slots),
+        fields: fields(law, dim, &field_slots, &part_of),
+        parts: parts.into_iter().map(part).collect(),
         histories: histories(law, dim, &history_slots, &schedule, r, Update),
         constants: constants.builder.tape,
         sweeps,
@@ -125,7 +132,73 @@ pub fn watched(law: &Law, dim: usize, watch: &mut dyn FnMut(Between)) -> Result<
             })
             .collect(),
         slots: schedule.slots,
-    })
+    };
+    store_on_parts(&mut spec);
+    Ok(spec)
+}
+
+/// Conditions of the parts of the body that fields live on, each once, as they are written and as numbers of that
+/// name; and for every field the part that it lives on.
+fn parts(lowering: &mut Lowering) -> (Vec<(String, Poly)>, Vec<Option<u32>>) {
+    let law = lowering.law;
+    let mut conditions: Vec<Poly> = Vec::new();
+    let mut found = Vec::new();
+    let mut of_field = Vec::new();
+    for field in &law.fields {
+        of_field.push(field.lives.as_ref().map(|lives| {
+            let when = lowering.value(lives.when, Reading::Whole).remove(0);
+            if let Some(known) = conditions.iter().position(|p| *p == when) {
+                return known as u32;
+            }
+            let choice = vec![when.clone(), Poly::int(1), Poly::zero()];
+            let number = lowering.algebra.func(Func::Select, choice);
+            let named = Atom::Named(format!("where {}", lives.text), number);
+            found.push((lives.text.clone(), lowering.algebra.poly(named)));
+            conditions.push(when);
+            conditions.len() as u32 - 1
+        }));
+    }
+    (found, of_field)
+}
+
+/// Fields that live on a part of the body are stored there alone, and so are their rates, unless somebody reads them
+/// at the other end of a bond or as something else.
+fn store_on_parts(spec: &mut Spec) {
+    let of = |slot: u32| spec.fields.iter().find(|f| f.slots.contains(&slot));
+    let part = |r: &RateSpec| of(r.field).and_then(|f| f.part);
+    let sweeps = || spec.sweeps.iter();
+    let named = spec.named.iter().flat_map(|(_, slots)| slots);
+    let next = spec.histories.iter().filter_map(|h| h.slot);
+    let answers: BTreeSet<u32> = sweeps()
+        .flat_map(|s| s.own.iter().chain(&s.nbr))
+        .chain(&spec.force)
+        .chain(&spec.tangent)
+        .chain(&spec.energy)
+        .chain(&spec.after_step)
+        .chain(named)
+        .copied()
+        .chain(next.map(|(_, next)| next))
+        .collect();
+    // What only rates of one part need.
+    let alone = |slot: u32, part_of: Option<u32>| {
+        let uses = |r: &&RateSpec| r.rate == slot || r.damping == Some(slot);
+        !answers.contains(&slot) && spec.rates.iter().filter(uses).all(|r| part(r) == part_of)
+    };
+    let mut stored: Vec<(u32, Option<u32>)> = Vec::new();
+    for r in spec.rates.iter().filter(|r| part(r).is_some()) {
+        let far = sweeps().any(|s| s.nbr.contains(&r.field));
+        let damps = spec.rates.iter().any(|o| o.damping == Some(r.field));
+        if far || damps || !alone(r.rate, part(r)) {
+            continue;
+        }
+        stored.extend([(r.field, part(r)), (r.rate, part(r))]);
+        let computed = |k: &u32| matches!(spec.slots[*k as usize].kind, SlotKind::Computed(_));
+        let damping = r.damping.filter(computed).filter(|k| alone(*k, part(r)));
+        stored.extend(damping.map(|k| (k, part(r))));
+    }
+    for (slot, part) in stored {
+        spec.slots[slot as usize].part = part;
+    }
 }
 
 /// A damping of nothing has no slot.
@@ -434,17 +507,19 @@ fn families(
         .collect()
 }
 
-fn fields(law: &Law, dim: usize, first: &[u32]) -> Vec<FieldSpec> {
+fn fields(law: &Law, dim: usize, first: &[u32], parts: &[Option<u32>]) -> Vec<FieldSpec> {
     law.fields
         .iter()
         .zip(first)
-        .map(|(f, s)| FieldSpec {
+        .zip(parts)
+        .map(|((f, s), part)| FieldSpec {
             name: f.name.clone(),
             slots: (0..stored_components(f.shape, dim) as u32)
                 .map(|k| s + k)
                 .collect(),
             components: stored_names(f.shape, dim),
             exponents: f.unit.base,
+            part: *part,
         })
         .collect()
 }

@@ -128,6 +128,8 @@ pub struct Field {
     pub annotation: Annotation,
     /// `at half`
     pub half: bool,
+    /// `where norm(phi) > 0`
+    pub lives: Option<Expr>,
     pub doc: Option<Text>,
 }
 

@@ -4,13 +4,14 @@
 //! reads anything that is unknown during a step from one q to the next, the trapezoidal rule needs no iteration:
 //! `q' = ((1 - damping dt/2) q + dt drive)/(1 + damping dt/2)`, stable for any damping that is not negative. Unknown
 //! are, to a field at full steps, the fields at full steps that have a rate, and to a field at half steps those at half
-//! steps, and the velocity. A damping is found symbolically, in the rate with its definitions opened.
+//! steps, and the velocity. A damping is found symbolically, in the rate with its definitions opened. Where a field does
+//! not live, drive and damping are zero.
 
 use std::collections::HashMap;
 
 use crate::ir::{FieldId, Law, Response};
 use crate::lower::{Lowering, Reading, stored_components};
-use crate::poly::{Algebra, Atom, AtomId, Collector, Poly, StateKind};
+use crate::poly::{Algebra, Atom, AtomId, Collector, Func, Poly, StateKind};
 use crate::spec::Stepped;
 
 /// The rate of one field component.
@@ -59,14 +60,30 @@ pub fn rates(lowering: &mut Lowering) -> Vec<Rate> {
             let whole = parts.into_iter();
             whole.map(|p| (p, Poly::zero())).collect()
         });
-        rates.extend(split.into_iter().zip(first..).map(|(p, slot)| Rate {
-            slot,
-            drive: p.0,
-            damping: p.1,
-            stepped,
-        }));
+        let lives = law.fields[field.index()].lives.as_ref();
+        let lives = lives.map(|lives| lowering.value(lives.when, Reading::Whole).remove(0));
+        for ((drive, damping), slot) in split.into_iter().zip(first..) {
+            rates.push(Rate {
+                slot,
+                drive: where_it_lives(lowering.algebra, lives.as_ref(), drive),
+                damping: where_it_lives(lowering.algebra, lives.as_ref(), damping),
+                stepped,
+            });
+        }
     }
     rates
+}
+
+/// Zero where the condition does not hold. A field as it stands is left alone: as the damping of what is zero it does
+/// nothing.
+fn where_it_lives(algebra: &mut Algebra, lives: Option<&Poly>, p: Poly) -> Poly {
+    let is_state = |a: AtomId| matches!(algebra.atom(a), Atom::State(..));
+    match lives {
+        Some(lives) if !p.is_zero() && !p.as_atom().is_some_and(is_state) => {
+            algebra.func(Func::Select, vec![lives.clone(), p, Poly::zero()])
+        }
+        _ => p,
+    }
 }
 
 /// Fields at half steps whose rate reads what sits at half steps too, other than its own damping.

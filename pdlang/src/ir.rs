@@ -141,7 +141,16 @@ pub struct Field {
     pub shape: Shape,
     /// Known in the middles of the steps, as the velocity is.
     pub half: bool,
+    /// The part of the body that it lives on, where not on all: elsewhere it is zero for ever.
+    pub lives: Option<Lives>,
     pub span: Span,
+}
+
+/// A condition on nodes that does not change during a run, and how it is written.
+#[derive(Clone, Debug)]
+pub struct Lives {
+    pub when: ExprId,
+    pub text: String,
 }
 
 /// Memory, changed only when a step is accepted: `history p : number = 0`, `update p = ..`.

@@ -12,7 +12,7 @@ use crate::tape::{Op, Tape};
 
 /// Stages whose sweeps are compiled. What runs once runs from its tape.
 pub fn is_compiled(stage: Stage) -> bool {
-    stage != Stage::Reference
+    !matches!(stage, Stage::Reference | Stage::Part)
 }
 
 /// A module named after the law, with `LAW`.

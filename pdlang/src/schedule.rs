@@ -37,6 +37,8 @@ pub struct Responses {
     pub node_updates: Vec<(u32, Poly)>,
     /// Correction factors of bonds, each after those that it reads.
     pub weights: Vec<Poly>,
+    /// Parts of the body that fields live on: 1 where they do, 0 elsewhere.
+    pub parts: Vec<Poly>,
 }
 
 /// A sum over bonds together with others of its time, or a pass over nodes (no family).
@@ -91,6 +93,7 @@ impl Schedule {
             .map(|name| SlotSpec {
                 name,
                 kind: SlotKind::State,
+                part: None,
             })
             .collect();
         Schedule {
@@ -180,6 +183,22 @@ impl Schedule {
         }
         self.place_quantities(algebra);
         self.place_late_breaks(&r.late_breaks);
+        for (p, level) in r.parts.iter().zip(1..) {
+            self.place_part(algebra, p, level);
+        }
+    }
+
+    /// A pass of its own, once the coefficients are there. Nobody reads what it writes but who lays out storage.
+    fn place_part(&mut self, algebra: &Algebra, p: &Poly, level: u32) {
+        let time = (Stage::Part, level);
+        let slot = self.new_slot(algebra, p, time.0);
+        let quantity = Quantity { time, slot };
+        self.quantities.insert((p.clone(), Stage::Part), quantity);
+        self.drafts
+            .entry((time, None))
+            .or_default()
+            .writes
+            .push(p.clone());
     }
 
     fn store_rate(&mut self, algebra: &mut Algebra, rate: &Rate) -> Time {
@@ -298,6 +317,9 @@ impl Schedule {
 
     /// The stored quantity as a sweep of the given stage sees it.
     pub fn find(&self, p: &Poly, context: Stage) -> Option<&Quantity> {
+        if context == Stage::Part {
+            return self.quantities.get(&(p.clone(), context));
+        }
         let main = self.quantities.get(&(p.clone(), Stage::Step));
         main.or_else(|| self.quantities.get(&(p.clone(), class(context))))
     }
@@ -335,6 +357,7 @@ impl Schedule {
         self.slots.push(SlotSpec {
             name,
             kind: SlotKind::Computed(stage),
+            part: None,
         });
         self.slots.len() as u32 - 1
     }
@@ -483,6 +506,7 @@ impl Schedule {
         self.slots.push(SlotSpec {
             name: name.into(),
             kind,
+            part: None,
         });
         let slot = self.slots.len() as u32 - 1;
         self.state.insert(id, slot);

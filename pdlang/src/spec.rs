@@ -15,6 +15,8 @@ pub struct Spec {
     pub influences: Vec<InfluenceSpec>,
     pub families: Vec<FamilySpec>,
     pub fields: Vec<FieldSpec>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub parts: Vec<PartSpec>,
     pub histories: Vec<HistorySpec>,
     pub weights: Vec<WeightSpec>,
     pub slots: Vec<SlotSpec>,
@@ -73,6 +75,14 @@ pub struct FieldSpec {
     pub slots: Vec<u32>,
     pub components: Vec<String>,
     pub exponents: [i16; 7],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub part: Option<u32>,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PartSpec {
+    pub condition: String,
+    pub slot: u32,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -110,6 +120,8 @@ pub struct WeightSpec {
 pub struct SlotSpec {
     pub name: String,
     pub kind: SlotKind,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub part: Option<u32>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -125,6 +137,7 @@ pub enum SlotKind {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 pub enum Stage {
     Reference,
+    Part,
     Family,
     Step,
     Energy,

@@ -100,7 +100,8 @@ pub enum Parity {
 
 /// One component of a condition on the nodes where it acts.
 struct Driver {
-    /// User numbers and slots of the layout.
+    /// User numbers, and positions in the array of the component: slots of the layout, unless a field is stored on a
+    /// part of the body.
     nodes: Vec<u32>,
     slots: Vec<u32>,
     /// Component of the vector, or the state slot of a field component.
@@ -111,7 +112,7 @@ struct Driver {
 
 /// Mirror images of a driver's nodes.
 struct Images {
-    /// Slots of the images, and where the expression is evaluated.
+    /// Positions of the images, and where the expression is evaluated.
     slots: Vec<u32>,
     places: Vec<[f64; 3]>,
     parity: Parity,
@@ -285,6 +286,7 @@ impl Conditions {
         let (mut displacement, mut velocity, mut mirrored) = (vec![], vec![], vec![]);
         let (mut force, mut field) = (vec![], vec![]);
         for condition in list {
+            fixed(&condition.quantity, engine)?;
             for driver in drivers(condition, body, engine)? {
                 let later: &mut [&mut Vec<Driver>] = match condition.quantity {
                     Quantity::Force => &mut [],
@@ -543,19 +545,27 @@ fn drivers(condition: &Condition, body: &Body, engine: &Engine) -> Result<Vec<Dr
     let parts = components.into_iter().zip(&condition.value);
     parts
         .filter_map(|(c, e)| {
-            e.as_ref()
-                .map(|e| driver(c, e, &nodes, images.as_ref(), body, engine.slots()))
+            e.as_ref().map(|e| {
+                driver(
+                    &condition.quantity,
+                    c,
+                    e,
+                    (&nodes, images.as_ref()),
+                    body,
+                    engine,
+                )
+            })
         })
         .collect()
 }
 
 fn driver(
+    quantity: &Quantity,
     component: usize,
     e: &Expression,
-    nodes: &[u32],
-    images: Option<&Reflected>,
+    (nodes, images): (&[u32], Option<&Reflected>),
     body: &Body,
-    slots: &[u32],
+    engine: &Engine,
 ) -> Result<Driver, InputError> {
     let function = e.function()?;
     let place = |k: usize| images.map_or(body.x[nodes[k] as usize], |i| i.places[k]);
@@ -577,18 +587,69 @@ fn driver(
         (true, false) => Value::Uniform(function),
         (true, true) => Value::Moving(function),
     };
-    let of = |nodes: &[u32]| nodes.iter().map(|&n| slots[n as usize]).collect();
-    Ok(Driver {
-        nodes: nodes.to_vec(),
-        slots: of(nodes),
-        component,
-        value,
-        mirror: images.map(|images| Images {
-            slots: of(&images.nodes),
+    let of = |nodes: &[u32]| -> Result<Vec<u32>, InputError> {
+        let of_node = |n: &u32| stored_at(quantity, component, *n as usize, body, engine);
+        nodes.iter().map(of_node).collect()
+    };
+    let mirror = match images {
+        None => None,
+        Some(images) => Some(Images {
+            slots: of(&images.nodes)?,
             places: images.places.clone(),
             parity: images.parity,
         }),
+    };
+    Ok(Driver {
+        nodes: nodes.to_vec(),
+        slots: of(nodes)?,
+        component,
+        value,
+        mirror,
     })
+}
+
+/// Position of a node in the array of a component.
+fn stored_at(
+    quantity: &Quantity,
+    component: usize,
+    node: usize,
+    body: &Body,
+    engine: &Engine,
+) -> Result<u32, InputError> {
+    let slot = engine.slot(node);
+    let Quantity::Field(name) = quantity else {
+        return Ok(slot as u32);
+    };
+    let index = engine.index(component, slot);
+    index
+        .filter(|_| engine.lives(component, slot))
+        .map(|index| index as u32)
+        .ok_or_else(|| {
+            let (x, condition) = (body.x[node], engine.lives_where(name).unwrap_or_default());
+            InputError::new(
+                format!(
+                    "a condition on the field `{name}` reaches node {node} ({:e}, {:e}, {:e}) m, where it does not live",
+                    x[0], x[1], x[2]
+                ),
+                format!("keep to nodes where `{condition}`"),
+            )
+        })
+}
+
+/// Refuses to change what says where other fields live.
+fn fixed(quantity: &Quantity, engine: &Engine) -> Result<(), InputError> {
+    let Quantity::Field(name) = quantity else {
+        return Ok(());
+    };
+    match engine.decided_by(name) {
+        None => Ok(()),
+        Some(other) => Err(InputError::new(
+            format!(
+                "the field `{name}` says where the field `{other}` lives, and so stays as it is"
+            ),
+            "set it under [[initial]]",
+        )),
+    }
 }
 
 fn components(quantity: &Quantity, body: &Body, engine: &Engine) -> Result<Vec<usize>, InputError> {

@@ -12,6 +12,7 @@ mod levels;
 mod meets;
 mod memory;
 mod needs;
+mod parts;
 mod program;
 mod redo;
 mod run;
@@ -26,11 +27,13 @@ pub use error::SetupError;
 pub use levels::Grading;
 pub use memory::Report;
 pub use needs::Need;
+pub use parts::{PartReport, Stray};
 
 use crate::lane::Record;
 use crate::language::Exponents;
 use crate::layout::{Family, Layout};
 use crate::spec::{InfluenceFn, SlotKind, Spec, Stage, Stepped};
+use crate::traverse::CHUNK;
 use geometry::Geometry;
 use program::Program;
 
@@ -98,7 +101,8 @@ enum Home {
     Array(usize),
 }
 
-/// The rate of a field component, `drive - damping*field`, layout order.
+/// The rate of a field component, `drive - damping*field`, stored as the field is: in layout order where it lives on
+/// the whole body.
 #[derive(Clone, Copy, Debug)]
 pub struct FieldRate<'a> {
     /// Position of the component in [`State::slots`].
@@ -106,6 +110,8 @@ pub struct FieldRate<'a> {
     pub drive: &'a [f64],
     damping: Option<Damping<'a>>,
     pub stepped: Stepped,
+    /// Where the field is stored while its damping is not.
+    apart: Option<&'a parts::Places>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -116,24 +122,42 @@ enum Damping<'a> {
 }
 
 impl<'a> FieldRate<'a> {
-    /// `None`: 0.
-    pub fn damping<'s>(&self, state: &'s State) -> Option<&'s [f64]>
-    where
-        'a: 's,
-    {
-        self.damping.map(|damping| match damping {
-            Damping::Values(values) => values,
-            Damping::Field(k) => &state.slots[k],
-        })
+    /// Calls `act` with stretches of the field and their damping, one after the other; `None`: 0.
+    pub fn each(
+        &self,
+        state: &State,
+        range: std::ops::Range<usize>,
+        mut act: impl FnMut(std::ops::Range<usize>, Option<&[f64]>),
+    ) {
+        let values = match self.damping {
+            None => return act(range, None),
+            Some(Damping::Values(values)) => values,
+            Some(Damping::Field(k)) => &state.slots[k],
+        };
+        let Some(places) = self.apart else {
+            return act(range.clone(), Some(&values[range]));
+        };
+        let mut from = range.start;
+        while from < range.end {
+            // Eight numbers of the storage are eight of the layout.
+            let to = (from + CHUNK - from % CHUNK).min(range.end);
+            let at = places.slot(from);
+            act(from..to, Some(&values[at..at + to - from]));
+            from = to;
+        }
     }
 
-    /// The whole rate, layout order.
+    /// The whole rate, stored as the field is.
     pub fn whole(&self, state: &State) -> Vec<f64> {
         let mut rate = self.drive.to_vec();
-        if let Some(damping) = self.damping(state) {
-            let q = state.slots[self.slot].iter().zip(damping);
-            rate.iter_mut().zip(q).for_each(|(r, (q, c))| *r -= c * q);
-        }
+        self.each(state, 0..rate.len(), |here, damping| {
+            let q = state.slots[self.slot][here.clone()].iter();
+            let q = q.zip(damping.unwrap_or_default());
+            rate[here]
+                .iter_mut()
+                .zip(q)
+                .for_each(|(r, (q, c))| *r -= c * q);
+        });
         rate
     }
 }
@@ -162,6 +186,7 @@ pub struct Engine {
     reads_ghosts: Vec<bool>,
     /// Number of state slots.
     state_slots: usize,
+    parts: parts::Parts,
     bonds: Vec<BondData>,
     grading: Grading,
     /// Bonds broken by the running sweep, per chunk.
@@ -203,7 +228,8 @@ impl Engine {
     /// At rest: no displacement, no velocity, all bonds intact, histories at their initial values.
     pub fn state(&self) -> State {
         let zero = || vec![0.0; self.layout.len];
-        let mut slots: Vec<Vec<f64>> = (0..self.state_slots).map(|_| zero()).collect();
+        let slot = |k: usize| vec![0.0; self.stored(k)];
+        let mut slots: Vec<Vec<f64>> = (0..self.state_slots).map(slot).collect();
         for h in &self.spec.histories {
             if let Some(Home::State(k)) = h.slot.map(|s| self.homes[s.0 as usize]) {
                 slots[k].fill(h.initial);
@@ -238,13 +264,18 @@ impl Engine {
         };
         nodes(&s.u, self.spec.dim)
             && nodes(&s.v, self.spec.dim)
-            && nodes(&s.slots, self.state_slots)
+            && self.fits_slots(s)
             && s.families.len() == self.families.len()
             && self
                 .families
                 .iter()
                 .zip(self.bonds.iter().zip(&s.families))
                 .all(bonds)
+    }
+
+    fn fits_slots(&self, s: &State) -> bool {
+        let mut slots = s.slots.iter().enumerate();
+        s.slots.len() == self.state_slots && slots.all(|(k, v)| v.len() == self.stored(k))
     }
 
     /// Evaluates the force density and the rates of fields. Returns the directed bonds that broke now.
@@ -292,11 +323,17 @@ impl Engine {
             let Home::State(slot) = self.homes[r.field as usize] else {
                 return None;
             };
+            let whole = |k: u32| match self.homes[k as usize] {
+                Home::Array(a) => self.parts.of_array(a).is_none(),
+                Home::State(k) => self.parts.of_state(k).is_none(),
+                _ => true,
+            };
             Some(FieldRate {
                 slot,
                 drive: array(r.rate)?,
                 damping: r.damping.and_then(damping),
                 stepped: r.stepped,
+                apart: (self.parts.of_state(slot)).filter(|_| r.damping.is_some_and(whole)),
             })
         })
     }
@@ -450,5 +487,5 @@ impl Engine {
 
 /// One extra row holds the initial value, for bonds that have no reverse.
 fn history_len(f: &Family) -> usize {
-    (f.present.len() + 1) * crate::traverse::CHUNK
+    (f.present.len() + 1) * CHUNK
 }

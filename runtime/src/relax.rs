@@ -64,7 +64,7 @@ impl Ahead {
         let rates = engine.rates().filter(|r| r.stepped == stepped);
         let one = |r: FieldRate| Ahead {
             slot: r.slot,
-            next: vec![0.0; engine.len()],
+            next: vec![0.0; engine.stored(r.slot)],
         };
         rates.map(one).collect()
     }
@@ -72,21 +72,26 @@ impl Ahead {
     /// The value at the end of a step of `dt`.
     fn step(&mut self, state: &State, rate: &FieldRate, dt: f64) {
         debug_assert_eq!(self.slot, rate.slot);
-        let (h, damping) = (0.5 * dt, rate.damping(state));
+        let h = 0.5 * dt;
         let chunks = self.next.par_chunks_mut(CHUNK).enumerate();
         chunks.for_each(|(c, next)| {
-            let from = c * CHUNK;
-            let to = from + next.len();
-            let (start, drive) = (&state.slots[rate.slot][from..to], &rate.drive[from..to]);
-            let parts = next.iter_mut().zip(start.iter().zip(drive));
-            match damping {
-                None => parts.for_each(|(next, (q, a))| *next = q + dt * a),
-                Some(damping) => {
-                    for ((next, (q, a)), c) in parts.zip(&damping[from..to]) {
-                        *next = ((1.0 - h * c) * q + dt * a) / (1.0 + h * c);
+            let first = c * CHUNK;
+            rate.each(state, first..first + next.len(), |here, damping| {
+                let (start, drive) = (
+                    &state.slots[rate.slot][here.clone()],
+                    &rate.drive[here.clone()],
+                );
+                let next = &mut next[here.start - first..here.end - first];
+                let parts = next.iter_mut().zip(start.iter().zip(drive));
+                match damping {
+                    None => parts.for_each(|(next, (q, a))| *next = q + dt * a),
+                    Some(damping) => {
+                        for ((next, (q, a)), c) in parts.zip(damping) {
+                            *next = ((1.0 - h * c) * q + dt * a) / (1.0 + h * c);
+                        }
                     }
                 }
-            }
+            });
         });
     }
 
@@ -111,7 +116,10 @@ impl Relaxation {
     pub fn new(engine: &Engine) -> Relaxation {
         let together = engine.rates().filter(|r| r.stepped == Stepped::Together);
         let slots: Vec<usize> = together.map(|r| r.slot).collect();
-        let zeros = || vec![vec![0.0; engine.len()]; slots.len()];
+        let zeros = || -> Vec<Vec<f64>> {
+            let lengths = slots.iter().map(|k| engine.stored(*k));
+            lengths.map(|n| vec![0.0; n]).collect()
+        };
         Relaxation {
             half: Ahead::of(engine, Stepped::Half),
             alone: Ahead::of(engine, Stepped::Alone),
@@ -242,9 +250,13 @@ impl Relaxation {
         }
     }
 
-    /// Padding may hold anything.
+    /// Padding may hold anything, but for what is stored on a part of the body.
     fn finite(&self, engine: &Engine, state: &State) -> bool {
         let sound = |values: &Vec<f64>| {
+            if values.len() != engine.len() {
+                let mut chunks = values.chunks(CHUNK);
+                return chunks.all(|values| values.iter().sum::<f64>().is_finite());
+            }
             let chunks = values
                 .par_chunks(CHUNK)
                 .zip(engine.volume().par_chunks(CHUNK));

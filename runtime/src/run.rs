@@ -433,7 +433,8 @@ impl Simulation {
         let speed = |node: usize| {
             let s = self.engine.slots()[node] as usize;
             let v: f64 = self.state.v.iter().map(|v| v[s] * v[s]).sum();
-            let other: f64 = self.state.slots.iter().filter_map(|t| t.get(s)).sum();
+            let slots = 0..self.state.slots.len();
+            let other: f64 = slots.map(|k| self.engine.value(&self.state, k, s)).sum();
             if v.is_nan() || !other.is_finite() {
                 f64::INFINITY
             } else {

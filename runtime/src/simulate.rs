@@ -5,7 +5,7 @@ use crate::checkpoint::{self, Clock, Fingerprint, Identity, Snapshot};
 use crate::conditions::{Condition, Conditions, Quantity, nodes_in, set_initial};
 use crate::contact::{Contact, Indenter};
 use crate::density::Density;
-use crate::engine::{Breaking, Engine, Law, Settings, State};
+use crate::engine::{Breaking, Engine, Law, Settings, State, Stray};
 use crate::error::InputError;
 use crate::observe::{Outputs, Row, Timings};
 use crate::relax::{self, Relaxation};
@@ -167,6 +167,9 @@ impl Simulation {
         let mut state = engine.state();
         cut(&engine, &mut state, &setup.cracks, &setup.body);
         set_initial(&setup.initial, &setup.body, &engine, &mut state)?;
+        engine
+            .settle(&mut state)
+            .map_err(|s| strayed(&s, &setup.body))?;
         let conditions = Conditions::new(&setup.conditions, &setup.body, &engine)?;
         conditions.start(&setup.body, &mut state);
         let contact = contact(
@@ -465,6 +468,22 @@ fn still(setup: &Setup) -> Result<(), InputError> {
         format!("the law `{law}` has no force, so that {what} means nothing"),
         "leave it out, or choose a law that moves",
     ))
+}
+
+fn strayed(stray: &Stray, body: &Body) -> InputError {
+    let Stray {
+        field,
+        condition,
+        node,
+    } = stray;
+    let x = body.x[*node];
+    InputError::new(
+        format!(
+            "the field `{field}` has an initial value at node {node} ({:e}, {:e}, {:e}) m, where it does not live",
+            x[0], x[1], x[2]
+        ),
+        format!("leave it zero there: the law has it where `{condition}`"),
+    )
 }
 
 fn no_fail(setup: &Setup) -> Result<Vec<bool>, InputError> {

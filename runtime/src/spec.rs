@@ -20,6 +20,9 @@ pub struct Spec {
     /// The first is the whole horizon.
     pub families: Vec<FamilySpec>,
     pub fields: Vec<FieldSpec>,
+    /// Parts of the body that fields live on.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub parts: Vec<PartSpec>,
     pub histories: Vec<HistorySpec>,
     /// Numbered behind the histories where a sweep lists what it reads and writes on bonds.
     pub weights: Vec<WeightSpec>,
@@ -115,6 +118,18 @@ pub struct FieldSpec {
     /// What distinguishes their names: `_x`, `_xy`; empty for a scalar.
     pub components: Vec<String>,
     pub exponents: [i16; 7],
+    /// The part of the body that it lives on, by its position in [`Spec::parts`]; none: all. Elsewhere it is zero.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub part: Option<u32>,
+}
+
+/// A part of the body, decided node by node when the coefficients of a run are set.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PartSpec {
+    /// As the law writes it.
+    pub condition: String,
+    /// Slot, written by a sweep of the stage [`Stage::Part`], that is not zero at the nodes of the part.
+    pub slot: u32,
 }
 
 /// The rate of a field component: `rate - damping*field`.
@@ -162,6 +177,9 @@ pub struct WeightSpec {
 pub struct SlotSpec {
     pub name: String,
     pub kind: SlotKind,
+    /// The part of the body outside of which nobody needs it: a field that lives there, or what it is stepped with.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub part: Option<u32>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -185,6 +203,8 @@ pub enum SlotKind {
 pub enum Stage {
     /// Once, on the whole body.
     Reference,
+    /// Once, when the coefficients of a run are set: says where fields live.
+    Part,
     /// At the start, and again for nodes whose family changed.
     Family,
     /// At every force evaluation. Those with `kills` break the bonds of their family, one after the other.

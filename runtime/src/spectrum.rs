@@ -7,7 +7,7 @@
 //! waves with those at full steps, which are treated alike.
 
 use crate::density::Density;
-use crate::engine::{Breaking, Engine, Need, State};
+use crate::engine::{Breaking, Engine, FieldRate, Need, State};
 use crate::integrate::total;
 use crate::relax;
 use crate::spec::{RateSpec, Spec, Stepped};
@@ -129,8 +129,8 @@ impl Through {
         };
         let weight = engine.volume().to_vec();
         let x = noise(through.state.u.len(), &weight, 3);
-        let inside = |r: &Vec<f64>| r.iter().zip(&weight).any(|(r, v)| *v > 0.0 && *r != 0.0);
-        let follows = through.rates_of(engine, &x).iter().any(inside);
+        let rates = through.rates_of(engine, &x);
+        let follows = through.largest(engine, &rates) > 0.0;
         engine.forces(&mut through.state, Breaking::Held);
         follows.then_some(through)
     }
@@ -149,15 +149,21 @@ impl Through {
             .collect()
     }
 
+    /// The largest rate at a node.
+    fn largest(&self, engine: &Engine, rates: &Field) -> f64 {
+        let one = |((slot, _), rate): (&(usize, Vec<f64>), &Vec<f64>)| {
+            let real = |k: usize| engine.volume()[engine.slot_of(*slot, k)] > 0.0;
+            let inside = rate.iter().enumerate().filter(|(k, _)| real(*k));
+            inside.fold(0.0_f64, |m, (_, r)| m.max(r.abs()))
+        };
+        self.still.iter().zip(rates).map(one).fold(0.0, f64::max)
+    }
+
     /// Adds to `y` minus the change of the acceleration as the fields go where `x` takes them. Leaves the engine as
     /// [`Engine::tangent`] wants it.
     fn add(&mut self, engine: &mut Engine, x: &Field, y: &mut Field, density: &Density) {
         let rates = self.rates_of(engine, x);
-        let real = |rate: &Vec<f64>| {
-            let inside = rate.iter().zip(engine.volume()).filter(|(_, v)| **v > 0.0);
-            inside.fold(0.0_f64, |m, (r, _)| m.max(r.abs()))
-        };
-        let size = rates.iter().map(real).fold(0.0, f64::max);
+        let size = self.largest(engine, &rates);
         if size > 0.0 {
             let slots: Vec<usize> = self.still.iter().map(|(slot, _)| *slot).collect();
             // A change by one unit in the fastest place.
@@ -178,10 +184,25 @@ impl Through {
     }
 }
 
-/// The rates, without their dampings, of the fields that are stepped so.
+/// The rates, without their dampings, of the fields that are stepped so, each stored as its field is.
 fn rates(engine: &Engine, chosen: impl Fn(Stepped) -> bool) -> Vec<(usize, Vec<f64>)> {
     let rates = engine.rates().filter(|r| chosen(r.stepped));
     rates.map(|r| (r.slot, r.drive.to_vec())).collect()
+}
+
+/// As [`rates`], in layout order.
+fn everywhere(engine: &Engine, chosen: impl Fn(Stepped) -> bool) -> Vec<(usize, Vec<f64>)> {
+    let rates = engine.rates().filter(|r| chosen(r.stepped));
+    let all = |r: FieldRate| (r.slot, engine.spread(r.slot, r.drive).into_owned());
+    rates.map(all).collect()
+}
+
+/// Moves a field of `state` by `h` times `x`, which is in layout order.
+fn move_by(engine: &Engine, slot: usize, state: &State, h: f64, x: &[f64], to: &mut State) {
+    let pairs = to.slots[slot].iter_mut().zip(&state.slots[slot]);
+    for (k, (to, from)) in pairs.enumerate() {
+        *to = from + h * x[engine.slot_of(slot, k)];
+    }
 }
 
 /// Largest eigenvalue of minus the derivative of the rates along the fields [1/s], by differences of rates.
@@ -189,7 +210,7 @@ fn diffusion(engine: &mut Engine, state: &State) -> Estimate {
     let volume = engine.volume().to_vec();
     let evaluated = |engine: &mut Engine, state: &mut State| {
         engine.evaluate(state, Breaking::Held, Need::Rates);
-        rates(engine, |r| r == Stepped::Together)
+        everywhere(engine, |r| r == Stepped::Together)
     };
     let mut probe = state.clone();
     let base = evaluated(engine, &mut probe);
@@ -201,11 +222,7 @@ fn diffusion(engine: &mut Engine, state: &State) -> Estimate {
     let h = if size > 0.0 { 1e-3 * size } else { 1.0 };
     let found = largest(base.len(), &volume, |x, y| {
         for ((s, _), x) in base.iter().zip(x) {
-            probe.slots[*s]
-                .iter_mut()
-                .zip(&state.slots[*s])
-                .zip(x)
-                .for_each(|((p, t), x)| *p = t + h * x);
+            move_by(engine, *s, state, h, x, &mut probe);
         }
         let moved = evaluated(engine, &mut probe);
         for ((y, (_, r1)), (_, r0)) in y.iter_mut().zip(&moved).zip(&base) {
@@ -225,7 +242,8 @@ fn exchange(engine: &mut Engine, state: &State) -> Estimate {
     let volume = engine.volume().to_vec();
     let mut probe = state.clone();
     engine.forces(&mut probe, Breaking::Held);
-    let [full, half] = [Stepped::Alone, Stepped::Half].map(|kind| rates(engine, |r| r == kind));
+    let [full, half] =
+        [Stepped::Alone, Stepped::Half].map(|kind| everywhere(engine, |r| r == kind));
     let found = largest(full.len(), &volume, |x, y| {
         let pushed = respond(engine, &mut probe, state, &full, x, (Need::Half, &half));
         let back = respond(
@@ -263,11 +281,10 @@ fn respond(
     );
     let h = step / unit;
     for ((slot, _), x) in from.iter().zip(x) {
-        let moved = state.slots[*slot].iter().zip(x).map(|(q, x)| q + h * x);
-        probe.slots[*slot] = moved.collect();
+        move_by(engine, *slot, state, h, x, probe);
     }
     engine.evaluate(probe, Breaking::Held, need);
-    let now = rates(engine, |_| true);
+    let now = everywhere(engine, |_| true);
     for (slot, _) in from {
         probe.slots[*slot].copy_from_slice(&state.slots[*slot]);
     }

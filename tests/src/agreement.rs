@@ -217,7 +217,47 @@ impl Question<'_> {
             }
         }
         question.partial_volume = seed % 2 == 1;
+        question.confine();
         question
+    }
+
+    /// Of a law with fields on a part of the body: coefficients are zero on the left, other fields where they do not
+    /// live.
+    fn confine(&mut self) {
+        let law = self.law;
+        if law.fields.iter().all(|f| f.lives.is_none()) {
+            return;
+        }
+        let nodes = self.body.x.len();
+        let middle = self.body.x.iter().map(|x| x[0]).sum::<f64>() / nodes as f64;
+        let rated = |k: usize| {
+            let rate = |r: &ir::Response| matches!(r, ir::Response::Rate(f, _) if f.index() == k);
+            law.responses.iter().any(rate)
+        };
+        for (_, parts) in self
+            .fields
+            .iter_mut()
+            .enumerate()
+            .filter(|(k, _)| !rated(*k))
+        {
+            for values in parts {
+                let left = values.iter_mut().zip(&self.body.x);
+                left.filter(|(_, x)| x[0] < middle)
+                    .for_each(|(v, _)| *v = 0.0);
+            }
+        }
+        let fields = 0..law.fields.len() as u32;
+        let lives: Vec<Vec<bool>> = self.consult(|oracle, _, state| {
+            let of = |k| oracle.lives(state, ir::FieldId(k)).expect("the state fits");
+            fields.map(of).collect()
+        });
+        for (parts, lives) in self.fields.iter_mut().zip(&lives) {
+            for values in parts {
+                let gone = values.iter_mut().zip(lives);
+                gone.filter(|(_, lives)| !**lives)
+                    .for_each(|(v, _)| *v = 0.0);
+            }
+        }
     }
 
     /// Largest stretch of any bond, intact or not, in the last state of the path.
@@ -426,7 +466,8 @@ impl Question<'_> {
         engine::Law::interpreted(spec(self.law, self.dim()))
     }
 
-    /// The state of this question, with the histories of its path committed, for an engine of it.
+    /// The state of this question, with the histories of its path committed, for an engine of it, which from then on
+    /// stores fields where they live alone.
     pub fn state(&self, engine: &mut Engine) -> engine::State {
         let mut state = engine.state();
         if !self.broken.is_empty() {
@@ -441,10 +482,16 @@ impl Question<'_> {
             assert_eq!(slots.len(), values.len(), "{}", field.name);
             for (slot, values) in slots.into_iter().zip(values) {
                 for (node, value) in values.iter().enumerate() {
-                    state.slots[slot][engine.slot(node)] = *value;
+                    // Settled before: where nothing is stored there is nothing to say.
+                    if let Some(index) = engine.index(slot, engine.slot(node)) {
+                        state.slots[slot][index] = *value;
+                    }
                 }
             }
         }
+        engine
+            .settle(&mut state)
+            .expect("fields are zero where they do not live");
         for (k, u) in self.path.iter().enumerate() {
             spread(engine, u, &mut state.u);
             if k + 1 < self.path.len() {
@@ -465,7 +512,13 @@ impl Question<'_> {
         };
         let rates: BTreeMap<usize, Vec<f64>> = engine
             .rates()
-            .map(|rate| (rate.slot, per_node(engine, &rate.whole(&state))))
+            .map(|rate| {
+                (
+                    rate.slot,
+                    engine.spread(rate.slot, &rate.whole(&state)).into_owned(),
+                )
+            })
+            .map(|(slot, rate)| (slot, per_node(engine, &rate)))
             .collect();
         answer.rates = rates.into_values().collect();
         let energy = engine.energy(&state).to_vec();

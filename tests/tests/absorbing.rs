@@ -33,7 +33,8 @@ fn displacements(simulation: &Simulation) -> Vec<Vec<f64>> {
 
 fn field(simulation: &Simulation, name: &str) -> Vec<f64> {
     let slots = simulation.engine.state_slots(name).expect("the field");
-    let of = |k: usize| user(simulation, &simulation.state.slots[k]);
+    let all = |k: usize| simulation.engine.spread(k, &simulation.state.slots[k]);
+    let of = |k: usize| user(simulation, &all(k));
     slots.into_iter().flat_map(of).collect()
 }
 

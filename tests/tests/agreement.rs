@@ -138,6 +138,11 @@ fn moving_fields() {
 }
 
 #[test]
+fn layered() {
+    agree("layered", 1e-2);
+}
+
+#[test]
 fn absorbing() {
     agree("absorbing", 1e-2);
 }

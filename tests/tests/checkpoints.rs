@@ -38,6 +38,7 @@ fn every_law_goes_on_to_the_same_bits() {
                 save(&file, &state);
                 broken += steps(&mut whole, &mut state);
                 let mut fresh = engine();
+                question.state(&mut fresh);
                 let mut resumed = checkpoint::read(&file, IDENTITY)
                     .expect("a checkpoint")
                     .state;

@@ -2,6 +2,7 @@
 
 use pdlang_models::constants;
 use pdlang_models::language::Pdlang;
+use pdlang_runtime::engine::PartReport;
 use pdlang_runtime::language::{Exponents, Language, dimension};
 use pdlang_runtime::observe::Summary;
 use pdlang_runtime::scene::{Influence, Scene, implied};
@@ -196,6 +197,20 @@ fn body(s: &mut Statement, scene: &Scene, simulation: &Simulation) {
             bytes(report.bond_bytes as u64)
         ),
     );
+    let part = |part: &PartReport| {
+        format!(
+            "{} on {} of {} nodes, where {}: {}",
+            part.fields.join(", "),
+            grouped(part.nodes as u64),
+            grouped(report.nodes as u64),
+            part.condition,
+            bytes(part.bytes as u64)
+        )
+    };
+    let parts: Vec<String> = report.parts.iter().map(part).collect();
+    if !parts.is_empty() {
+        s.add("fields", parts.join("; "));
+    }
 }
 
 fn constants(s: &mut Statement, scene: &Scene, implied: Option<f64>) {

@@ -1,6 +1,6 @@
 //! PD105: a difference of two equal values.
 
-use crate::ast::{Expr, ExprKind, Item, Model};
+use crate::ast::{self, Expr, ExprKind, Item, Model};
 use crate::diag::Diagnostic;
 use crate::ir::BinaryOp;
 
@@ -17,6 +17,9 @@ pub(crate) fn warn(model: &Model, report: &mut Vec<Diagnostic>) {
             Item::AfterStep(after) => look(&after.expr, report),
             Item::Break(breaking) => look(&breaking.when, report),
             Item::Family(family) => look(&family.filter, report),
+            Item::Field(ast::Field {
+                lives: Some(when), ..
+            }) => look(when, report),
             _ => {}
         }
     }

@@ -24,6 +24,7 @@ pub(crate) mod influences; // PD050: an influence function that is not complete
 pub(crate) mod meets; // PD035: an unknown way for two materials to meet
 pub(crate) mod names; // PD002: a name that means nothing here
 pub(crate) mod numbers; // PD013: a unit where only a number makes sense
+pub(crate) mod parts; // PD043: a field on a part of the body that a run could change
 pub(crate) mod primes; // PD021: a prime on what has no other end
 pub(crate) mod probed; // PD061: a law that does not give the value that a probe expects
 pub(crate) mod probes; // PD060: a probe that does not fit its law

@@ -66,10 +66,14 @@ fn item(item: &Item) -> String {
             expr(&r.expr)
         ),
         Item::Field(f) => format!(
-            "field {}{}{}{}",
+            "field {}{}{}{}{}",
             f.name.text,
             annotation(Some(&f.annotation)),
             if f.half { " at half" } else { "" },
+            f.lives
+                .as_ref()
+                .map(|when| format!(" where {}", expr(when)))
+                .unwrap_or_default(),
             doc(&f.doc)
         ),
         Item::History(h) => format!(

@@ -38,11 +38,16 @@ pub(super) fn law(law: &Law) -> String {
     }
     for field in &law.fields {
         line(format!(
-            "field {} {} [{}]{}",
+            "field {} {} [{}]{}{}",
             field.name,
             shape(field.shape),
             field.unit.symbol(),
-            if field.half { " at half" } else { "" }
+            if field.half { " at half" } else { "" },
+            field
+                .lives
+                .as_ref()
+                .map(|lives| format!(" where {}", expr(law, lives.when)))
+                .unwrap_or_default()
         ));
     }
     for h in &law.histories {

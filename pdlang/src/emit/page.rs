@@ -4,7 +4,7 @@ use super::latex::Notation;
 use super::symbols;
 use crate::ast::{self, Components, Item, Model, ProbeLine, ResponseKind, Setting};
 use crate::front::Source;
-use crate::ir::{Bound, Home, Law, Meet, Param};
+use crate::ir::{Bound, Field, Home, Law, Meet, Param};
 use crate::resolve::walk;
 use crate::span::Span;
 use std::collections::BTreeSet;
@@ -168,6 +168,19 @@ fn param(p: &Param, notation: &Notation) -> Vec<String> {
     ]
 }
 
+/// When and where a field is.
+fn lives(field: &Field) -> String {
+    let when = if field.half {
+        "field at half steps"
+    } else {
+        "field"
+    };
+    match &field.lives {
+        Some(lives) => format!("{when}, where `{}`", lives.text),
+        None => when.into(),
+    }
+}
+
 /// Fields and histories.
 fn unknowns(law: &Law, notation: &Notation, parts: &mut Vec<Part>) {
     let unit = |unit: &crate::units::Unit| {
@@ -181,12 +194,7 @@ fn unknowns(law: &Law, notation: &Notation, parts: &mut Vec<Part>) {
         vec![
             format!("${}$", notation.name(&f.name)),
             unit(&f.unit),
-            if f.half {
-                "field at half steps"
-            } else {
-                "field"
-            }
-            .into(),
+            lives(f),
             f.doc.clone(),
         ]
     });
@@ -377,6 +385,7 @@ fn expressions(item: &Item) -> Vec<&ast::Expr> {
         Item::Update(u) => vec![&u.expr],
         Item::AfterStep(a) => vec![&a.expr],
         Item::Family(f) => vec![&f.filter],
+        Item::Field(f) => f.lives.iter().collect(),
         Item::Weight(w) => vec![&w.expr],
         Item::Break(b) => vec![&b.when],
         _ => Vec::new(),

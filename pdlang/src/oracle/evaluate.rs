@@ -5,7 +5,9 @@ use super::influence::compare;
 use super::number::Real;
 use super::value::{self, Value};
 use super::{Error, Oracle};
-use crate::ir::{BinaryOp, Builtin, ExprId, ExprKind, FamilyId, HistoryId, Home, Law, Reduction};
+use crate::ir::{
+    BinaryOp, Builtin, ExprId, ExprKind, FamilyId, FieldId, HistoryId, Home, Law, Reduction,
+};
 use crate::resolve::walk::operands;
 use std::cell::RefCell;
 
@@ -74,7 +76,14 @@ impl<'o, 'a, T: Real> Evaluator<'o, 'a, T> {
             ExprKind::Var(_) => Err(Error("a law has no free variables".into())),
             ExprKind::Param(p) => number(self.oracle.settings.params[p.index()]),
             ExprKind::Def(def) => self.definition(def.index(), place),
-            ExprKind::Field(f) => Ok(self.state.fields[f.index()][self.node(place)?].lift()),
+            ExprKind::Field(f) => {
+                let node = self.node(place)?;
+                let value = self.state.fields[f.index()][node].lift();
+                Ok(match self.lives(*f, node)? {
+                    true => value,
+                    false => value.map(|_| T::constant(0.0)),
+                })
+            }
             ExprKind::History(h) => self.history(*h, place),
             ExprKind::Influence(slot) => self.influence(slot.index(), place),
             ExprKind::Weight(w) => number(self.oracle.weights[w.index()][self.bond(place)?]),
@@ -102,6 +111,14 @@ impl<'o, 'a, T: Real> Evaluator<'o, 'a, T> {
             ExprKind::Ball(a) => self.ball(id, *a),
             ExprKind::Prime(a) => self.other_end(*a, place),
             ExprKind::Case(arms) => self.at(arms[self.oracle.settings.flavour as usize], place),
+        }
+    }
+
+    /// Whether a node belongs to the part of the body that a field lives on.
+    pub(super) fn lives(&self, field: FieldId, node: usize) -> Result<bool, Error> {
+        match &self.oracle.law.fields[field.index()].lives {
+            Some(lives) => self.at(lives.when, Place::Node(node))?.boolean(),
+            None => Ok(true),
         }
     }
 

@@ -150,6 +150,18 @@ impl<'a> Oracle<'a> {
         influence::value(function, values, r, self.settings.horizon)
     }
 
+    /// Per node, whether it belongs to the part of the body that a field lives on. Elsewhere the field is zero,
+    /// whatever the state says.
+    ///
+    /// # Errors
+    /// When the state does not fit the law.
+    pub fn lives(&self, state: &State, field: FieldId) -> Result<Vec<bool>, Error> {
+        let evaluator = self.evaluator(state)?;
+        (0..self.body.nodes.len())
+            .map(|node| evaluator.lives(field, node))
+            .collect()
+    }
+
     /// Time derivatives of the fields, per node.
     ///
     /// # Errors
@@ -159,7 +171,13 @@ impl<'a> Oracle<'a> {
         let mut rates = Vec::new();
         for response in &self.law.responses {
             if let Response::Rate(field, expr) = response {
-                rates.push((*field, self.per_node(&evaluator, *expr)?));
+                let mut values = self.per_node(&evaluator, *expr)?;
+                for (node, value) in values.iter_mut().enumerate() {
+                    if !evaluator.lives(*field, node)? {
+                        *value = value.map(|_| 0.0);
+                    }
+                }
+                rates.push((*field, values));
             }
         }
         Ok(rates)

@@ -114,10 +114,15 @@ impl<'t> Reader<'t> {
         let name = self.name(&parts.skip_to(Rule::ident)?);
         let annotation = self.annotation(parts.expect(Rule::annotation)?)?;
         let half = parts.accept(Rule::kw_at).is_some() && parts.accept(Rule::kw_half).is_some();
+        let lives = match parts.accept(Rule::kw_where) {
+            Some(_) => Some(self.expression(parts.expect(Rule::expression)?)?),
+            None => None,
+        };
         Ok(ast::Field {
             name,
             annotation,
             half,
+            lives,
             doc: parts.accept(Rule::string).map(|pair| self.string(&pair)),
         })
     }

@@ -172,12 +172,33 @@ fn run_one(law: &Law, probe: &Probe) -> Vec<Outcome> {
     let oracle = Oracle::new(law, &body, &settings);
     let ask = |expectation: &Expectation| {
         let found = match &oracle {
-            Ok(oracle) => ask(law, probe, oracle, &deform(oracle.state()), expectation),
+            Ok(oracle) => {
+                let state = deform(oracle.state());
+                placed(law, probe, oracle, &state)
+                    .and_then(|()| ask(law, probe, oracle, &state, expectation))
+            }
             Err(error) => Err(error.clone()),
         };
         asked(found, expectation)
     };
     probe.expectations.iter().map(ask).collect()
+}
+
+/// Whether fields are set only where they live.
+fn placed(law: &Law, probe: &Probe, oracle: &Oracle, state: &State) -> Result<(), Error> {
+    for (k, field) in law.fields.iter().enumerate() {
+        let Some(lives) = &field.lives else { continue };
+        let here = oracle.lives(state, FieldId(k as u32))?;
+        let set = |v: &Value<f64>| flat(*v, probe.flavour.dim()).iter().any(|x| *x != 0.0);
+        let values = state.fields[k].iter();
+        if values.zip(here).any(|(v, here)| !here && set(v)) {
+            let (name, text) = (&field.name, &lives.text);
+            return Err(Error(format!(
+                "`{name}` is set at a node where it does not live: it does where `{text}`"
+            )));
+        }
+    }
+    Ok(())
 }
 
 /// The components of a quantity, and the scale of its rounding errors.

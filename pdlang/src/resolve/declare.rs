@@ -1,6 +1,6 @@
 //! The names of a model: every item is declared before any expression is read, so that order is free.
 
-use crate::ast::{self, Item, Name};
+use crate::ast::{self, Item, Name, ResponseKind};
 use crate::check;
 use crate::ir::{self, ExprId, FamilyId, FieldId, HistoryId, Home, InfluenceId, ParamId, Shape};
 use crate::resolve::elaborate::{Elaborator, Symbol};
@@ -18,6 +18,11 @@ impl Elaborator<'_> {
         for name in &model.broken {
             self.symbols.insert(name.text.clone(), Symbol::Broken);
         }
+        let rated = |item: &Item| match item {
+            Item::Response(r) if r.kind == ResponseKind::Rate => Some(r.name.text.clone()),
+            _ => None,
+        };
+        self.rated = model.items.iter().filter_map(rated).collect();
         let mut seen = HashMap::new();
         for item in &model.items {
             let Some(name) = declared(item) else { continue };
@@ -96,6 +101,7 @@ impl Elaborator<'_> {
             unit,
             shape,
             half: written.half,
+            lives: None,
             span: written.name.span,
         });
         Some(Symbol::Field(FieldId(self.fields.len() as u32 - 1)))

@@ -4,7 +4,7 @@ use crate::ast::{self, Name, ResponseKind};
 use crate::check;
 use crate::ir::{self, DefId, ExprId, ExprKind, FamilyId, Home, Response, Shape, WeightId};
 use crate::resolve::elaborate::{Elaborator, Symbol};
-use crate::resolve::facts::{BOND, REFERENCE};
+use crate::resolve::facts::{BOND, NODE, REFERENCE};
 use crate::resolve::walk::operands;
 use crate::span::Span;
 use crate::units::{self, Unit};
@@ -330,6 +330,34 @@ impl Elaborator<'_> {
             span: written.name.span,
         });
         Some(WeightId(self.weights.len() as u32 - 1))
+    }
+
+    /// The part of the body that a field lives on.
+    pub(crate) fn live(&mut self, written: &ast::Field) -> Option<()> {
+        let Some(when) = &written.lives else {
+            return Some(());
+        };
+        let span = when.span;
+        let when = self.elaborate(when)?;
+        self.boolean(when, "where")?;
+        if self.expr(when).home == Home::Bond {
+            let place = self.blamed(when, |law, part| law.expr(part).home == Home::Bond);
+            let why = "this is a bond value: each bond of the node has its own";
+            return self.wrong(check::parts::changes(&written.name, place, why));
+        }
+        if let Some((place, why)) = self.beyond(when, NODE) {
+            return self.wrong(check::parts::changes(&written.name, place, why));
+        }
+        let text = self
+            .library
+            .text
+            .get(span.start as usize..span.end as usize);
+        let words: Vec<&str> = text.unwrap_or_default().split_whitespace().collect();
+        if let Some(Symbol::Field(id)) = self.symbols.get(&written.name.text) {
+            let text = words.join(" ");
+            self.fields[id.index()].lives = Some(ir::Lives { when, text });
+        }
+        Some(())
     }
 
     pub(crate) fn filter(&mut self, written: &ast::Family) -> Option<()> {

@@ -11,7 +11,7 @@ use crate::ir::{
     self, DefId, ExprId, ExprKind, FamilyId, FieldId, Flavour, HistoryId, Home, InfluenceId,
     ParamId, Shape, WeightId,
 };
-use crate::resolve::facts::Facts;
+use crate::resolve::facts::{Facts, NODE};
 use crate::resolve::library::Library;
 use crate::resolve::lookup::Scope;
 use crate::resolve::under::Copies;
@@ -58,6 +58,8 @@ pub(crate) struct Elaborator<'a> {
     pub influences: Vec<ir::Influence>,
     pub families: Vec<ir::Family>,
     pub fields: Vec<ir::Field>,
+    /// Names of the fields that have a rate.
+    pub(super) rated: HashSet<String>,
     /// Initial value, home, shape and unit; the update is filled in last.
     pub histories: Vec<ir::History>,
     pub weights: Vec<ir::Weight>,
@@ -97,6 +99,7 @@ impl<'a> Elaborator<'a> {
             influences: Vec::new(),
             families: Vec::new(),
             fields: Vec::new(),
+            rated: HashSet::new(),
             histories: Vec::new(),
             weights: Vec::new(),
             defs: Vec::new(),
@@ -199,6 +202,11 @@ impl<'a> Elaborator<'a> {
             _ => None,
         };
         let mut facts = Facts::new(&kind, definition, |id| self.facts(id));
+        if let ExprKind::Field(f) = &kind
+            && self.rated.contains(&self.fields[f.index()].name)
+        {
+            facts.beyond[NODE] = Some("this is a field with a rate, which evolves");
+        }
         facts.any_unit &= unit.is_number();
         if facts.height as usize > MAX_HEIGHT {
             return self.wrong(check::size::too_deep(span));

@@ -24,14 +24,16 @@ pub(crate) struct Facts {
     /// True when a sum that moves is read at the other end; second entry: when the expression itself is
     /// read at the other end.
     pub second_ring: [bool; 2],
-    /// Why this is no function of the reference body; of one reference bond; of its length alone.
-    pub beyond: [Option<&'static str>; 3],
+    /// Why this is no function of what a run leaves alone at one node; of the reference body; of one reference bond;
+    /// of its length alone.
+    pub beyond: [Option<&'static str>; 4],
 }
 
 /// Positions in [`Facts::beyond`].
-pub(crate) const REFERENCE: usize = 0;
-pub(crate) const BOND: usize = 1;
-pub(crate) const LENGTH: usize = 2;
+pub(crate) const NODE: usize = 0;
+pub(crate) const REFERENCE: usize = 1;
+pub(crate) const BOND: usize = 2;
+pub(crate) const LENGTH: usize = 3;
 
 impl Facts {
     /// `of` gives the facts of an operand, `definition` those of the expression behind a definition or a weight.
@@ -67,7 +69,8 @@ impl Facts {
                 .any(|part| part.extreme)
                 || matches!(kind, ExprKind::Reduce(r, ..) if r.is_extreme()) && parts[0].moves,
             second_ring: [false, true].map(|primed| second_ring(kind, primed, &parts, definition)),
-            beyond: [REFERENCE, BOND, LENGTH].map(|want| beyond(kind, want, &parts, definition)),
+            beyond: [NODE, REFERENCE, BOND, LENGTH]
+                .map(|want| beyond(kind, want, &parts, definition)),
         }
     }
 }
@@ -152,10 +155,14 @@ fn beyond(
         // The length of xi is a length, whatever the direction.
         Call(Builtin::Norm, _) if parts[0].structure == structure(&Xi, &[]) => None,
         Xi if want == LENGTH => Some("this depends on the direction of the bond"),
+        // A sum over bonds is wrong by itself.
+        Eta if want == NODE => None,
         Eta => Some("this changes with the displacement"),
         Velocity => Some("this changes with the velocity"),
         Position if want > REFERENCE => Some("this depends on where the node is"),
         TimeStep => Some("this may change with every step"),
+        // A coefficient; whether it is one is known elsewhere.
+        Field(_) if want == NODE => None,
         Field(_) => Some("this is a field, which evolves"),
         History(_) => Some("this is a history, which evolves"),
         Reduce(Reduction::Sum0, ..) if want == REFERENCE => parts[0].beyond[want],

@@ -164,6 +164,7 @@ impl Elaborator<'_> {
         for item in &model.items {
             match item {
                 Item::Family(family) => drop(self.filter(family)),
+                Item::Field(field) => drop(self.live(field)),
                 Item::Response(response) => responses.extend(self.respond(response)),
                 Item::Break(breaking) => breaks.extend(self.breaking(breaking)),
                 Item::Update(update) => drop(self.update(update)),
@@ -209,6 +210,11 @@ fn count_answers(model: &Model, report: &mut Vec<Diagnostic>) {
             && !seen.contains_key(&("rate", field.name.text.as_str()))
         {
             report.push(check::half::without_rate(&field.name));
+        } else if let Item::Field(field) = item
+            && field.lives.is_some()
+            && !seen.contains_key(&("rate", field.name.text.as_str()))
+        {
+            report.push(check::parts::without_rate(&field.name));
         }
     }
     if model.complete

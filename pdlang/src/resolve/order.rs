@@ -1,6 +1,6 @@
 //! The order in which the definitions of a model can be read, and what nothing needs.
 
-use crate::ast::{Expr, Item, Model, Name, ResponseKind};
+use crate::ast::{self, Expr, Item, Model, Name, ResponseKind};
 use crate::check;
 use crate::diag::Diagnostic;
 use crate::ir::Home;
@@ -174,6 +174,9 @@ fn needed(model: &Model) -> HashSet<String> {
             }
             Item::Update(update) => mentioned(&update.expr, &mut queue),
             Item::AfterStep(after) => mentioned(&after.expr, &mut queue),
+            Item::Field(ast::Field {
+                lives: Some(when), ..
+            }) => mentioned(when, &mut queue),
             Item::History(history) => {
                 queue.extend(history.family.iter().map(|name| name.text.clone()))
             }

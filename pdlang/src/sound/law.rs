@@ -284,6 +284,9 @@ fn answers(report: &mut Report, law: &Law) {
     for b in &law.breaks {
         answer(b.when, bond, Unit::NUMBER, &[Shape::Boolean]);
     }
+    for lives in law.fields.iter().filter_map(|f| f.lives.as_ref()) {
+        answer(lives.when, node, Unit::NUMBER, &[Shape::Boolean]);
+    }
     for filter in law.families.iter().filter_map(|f| f.filter) {
         answer(filter, bond, Unit::NUMBER, &[Shape::Boolean]);
     }

@@ -39,7 +39,8 @@ pub(super) fn check(algebra: &Algebra, r: &Responses) -> Vec<String> {
         .chain(rates)
         .chain(after_step)
         .chain(r.energy.iter().map(|p| ("energy", p)))
-        .chain(named);
+        .chain(named)
+        .chain(r.parts.iter().map(|p| ("part of the body", p)));
     let answers = answers.chain(r.node_updates.iter().map(|(_, p)| ("update", p)));
     let bonds = r
         .bond_updates

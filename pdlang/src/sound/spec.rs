@@ -93,6 +93,7 @@ pub fn unread(s: &Spec) -> Vec<&str> {
         .chain(next)
         .chain(rates.flatten())
         .chain(&s.after_step)
+        .chain(s.parts.iter().map(|p| &p.slot))
         .copied()
         .collect();
     let computed = |(k, slot): &(usize, &crate::spec::SlotSpec)| {
@@ -328,6 +329,9 @@ impl Slots {
                 answer("field with a rate", u32::MAX, Stage::Step);
             }
         }
+        for p in &s.parts {
+            answer("part of the body", p.slot, Stage::Part);
+        }
         for k in &s.after_step {
             answer("velocity after the step", *k, Stage::Update);
         }
@@ -366,6 +370,7 @@ fn promises(report: &mut Report, s: &Spec) {
     if s.breaks != s.sweeps.iter().any(|w| w.kills) {
         report.add(format!("bonds break: {}, declared {}", !s.breaks, s.breaks));
     }
+    on_parts(report, s);
     // Every history of a bond changes somewhere, once, and every weight is written once.
     let changes = |k: usize| {
         let of = s.sweeps.iter().filter(|w| puts(s, w).contains(&(k as u32)));
@@ -381,6 +386,34 @@ fn promises(report: &mut Report, s: &Spec) {
         let n = changes(s.histories.len() + k);
         if n != 1 {
             report.add(format!("weight `{}` is written in {n} sweeps", w.name));
+        }
+    }
+}
+
+/// What is stored on a part of the body is a field that lives there, or what it is stepped with; nobody looks for it
+/// elsewhere.
+fn on_parts(report: &mut Report, s: &Spec) {
+    for f in s.fields.iter().filter(|f| f.part.is_some()) {
+        if f.part.is_some_and(|k| k as usize >= s.parts.len()) {
+            report.add(format!("`{}` lives on a part that does not exist", f.name));
+        }
+    }
+    let of = |slot: u32| s.fields.iter().find(|f| f.slots.contains(&slot));
+    for (k, slot) in s.slots.iter().enumerate().filter(|(_, s)| s.part.is_some()) {
+        let k = k as u32;
+        let steps = |r: &&crate::spec::RateSpec| {
+            [Some(r.field), Some(r.rate), r.damping].contains(&Some(k))
+        };
+        let mut served = s.rates.iter().filter(steps).peekable();
+        let alien = served.peek().is_none()
+            || served.any(|r| of(r.field).is_none_or(|f| f.part != slot.part));
+        let computed = matches!(slot.kind, SlotKind::Computed(_));
+        let read = |w: &SweepSpec| w.nbr.contains(&k) || computed && w.own.contains(&k);
+        if alien || s.sweeps.iter().any(read) {
+            report.add(format!(
+                "`{}` is needed beyond its part of the body",
+                slot.name
+            ));
         }
     }
 }

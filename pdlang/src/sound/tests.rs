@@ -31,9 +31,12 @@ const WAVES: &str = "model waves \"Waves in fields\" cite \"This test, eq. 1\" {
     param K : pressure > 0 \"modulus\"
     field p : number \"pressure\"
     field w : vector number at half \"velocity\"
+    field rim : number \"coefficient\"
+    field lost : number where rim > 0 \"what the rim took\"
     node m = sum(x^2)
     rate w = -c*dim*sum((p' - p)*xi)/m - w*c/delta
     rate p = -c*dim*sum(dot(w' - w, xi))/m
+    rate lost = rim*p*c/delta - lost*c/delta
     force f = K*w/delta
     after step velocity = velocity - velocity*m/sum(2*x^2)
 }";
@@ -68,7 +71,16 @@ fn what_the_compiler_makes_is_sound() {
 #[test]
 fn planted_in_the_data_of_waves() {
     type Plant = fn(&mut Spec);
-    let plants: [(&str, Plant); 3] = [
+    let plants: [(&str, Plant); 6] = [
+        ("`lost` is needed beyond its part", |s| {
+            let (lost, last) = (s.fields[3].slots[0], s.sweeps.len() - 1);
+            s.sweeps[last].nbr.push(lost);
+        }),
+        ("`p` is needed beyond its part", |s| {
+            let p = s.fields[0].slots[0];
+            s.slots[p as usize].part = Some(0);
+        }),
+        ("lives on a part that does not exist", |s| s.parts.clear()),
         ("before it is at its half step", |s| {
             let half = |r: &&RateSpec| r.stepped == Stepped::Half;
             let field = s.rates.iter().find(half).expect("a field").field;

@@ -1,5 +1,6 @@
 //! Memory: an estimate before anything is allocated, and a report afterwards.
 use super::geometry::Geometry;
+use super::parts::PartReport;
 use super::program::Program;
 use super::setup::neighbours;
 use super::{Engine, Isa, Settings, SetupError};
@@ -23,6 +24,8 @@ pub struct Report {
     pub bond_bytes: usize,
     /// Node arrays of the engine and of one state.
     pub node_bytes: usize,
+    /// Fields that live on a part of the body.
+    pub parts: Vec<PartReport>,
     /// Lanes of the chunks that hold no node, as a part of all; each material and horizon begins a chunk.
     pub empty_lanes: f64,
     /// Constants of the law at the nodes of the first material, by position.
@@ -46,7 +49,7 @@ impl Engine {
                 + 4 * b.reverse.len()
                 + b.armed.len();
         }
-        let state = 2 * self.spec.dim + self.state_slots;
+        let state: usize = (0..self.state_slots).map(|k| self.stored(k)).sum();
         Report {
             nodes: self.layout.slot.len(),
             bonds: self.families[0].bonds,
@@ -61,7 +64,9 @@ impl Engine {
             node_bytes: self.layout.bytes()
                 + 32 * (self.x_records.len() + self.u_records.len())
                 + bytes(&self.arrays)
-                + 8 * state * self.layout.len,
+                + self.parts.bytes()
+                + 8 * (2 * self.spec.dim * self.layout.len + state),
+            parts: self.part_reports(),
             empty_lanes: 1.0
                 - self.layout.slot.len() as f64 / (CHUNK * self.layout.chunks()) as f64,
             constants: self.constants[0].clone(),

@@ -1,5 +1,6 @@
 //! Sweeps made ready to run: tapes checked and packed, instances chosen.
 use super::SetupError;
+use super::parts::{self, Confined};
 use crate::body::Flavour;
 use crate::kernel::{CompiledKernel, Entries, Instances, Run};
 use crate::lane::Isa;
@@ -26,6 +27,9 @@ pub(super) struct Program {
     pub writes: Vec<bool>,
     pub reads_reverse: bool,
     pub loops: bool,
+    /// Slots that are stored on a part of the body, and whether all that is written is.
+    pub confined: Vec<Confined>,
+    pub stays: bool,
     pub tape: Box<TapeSweep>,
     pub geometry: Code,
     pub compiled: bool,
@@ -98,6 +102,11 @@ fn program(
             .any(|op| matches!(*op, Op::PutHistory(h, _) if h as usize == k))
     };
     let index = |list: &[u32]| list.iter().map(|&k| k as usize).collect::<Vec<_>>();
+    let confined = parts::confined(spec, &index(&s.own), &index(&s.out));
+    let stays = !confined.is_empty()
+        && kill.is_none()
+        && !(0..history.len()).any(writes)
+        && s.out.iter().all(|k| spec.slots[*k as usize].part.is_some());
     Ok(Program {
         name: s.name.clone(),
         stage: s.stage,
@@ -112,6 +121,8 @@ fn program(
         history,
         reads_reverse: s.bond.ops.iter().any(|op| matches!(op, Op::Reverse(_))),
         loops: !tape.bond.steps.is_empty(),
+        confined,
+        stays,
         geometry: code(&s.geometry, Place::Geometry)?,
         tape,
         compiled: entries.is_some(),

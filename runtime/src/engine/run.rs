@@ -58,12 +58,12 @@ impl Engine {
 
     /// A pure run over some chunks.
     pub(super) fn run_some(&mut self, k: usize, s: &State, chunks: &[u32]) {
-        let run = self.programs[k].run[1];
-        let (calls, parts) = (self.calls(k, s), &self.layout.parts);
+        let calls = self.calls(k, s);
+        let (this, p, parts) = (&*self, &self.programs[k], &self.layout.parts);
         // SAFETY: as in `over_chunks`.
         let one = |&c: &u32| unsafe {
             let part = parts.partition_point(|part| part.end <= c as usize);
-            run(&calls[part], c as usize, c as usize + 1)
+            this.by_places(p, &calls[part], &[], (c as usize, c as usize + 1))
         };
         if chunks.len() >= 256 && rayon::current_num_threads() > 1 {
             chunks.par_iter().with_min_len(64).for_each(one);
@@ -80,7 +80,7 @@ impl Engine {
         // SAFETY: the instances were chosen for this processor and this traversal.
         let one = |call: &Call, chunks: &Range<usize>, t: usize| unsafe {
             let from = chunks.start + t * grain;
-            stretch(p.run, call, whole, from, (from + grain).min(chunks.end))
+            self.by_places(p, call, whole, (from, (from + grain).min(chunks.end)))
         };
         // Those of all materials at once: one of them may be too small for many threads.
         let tasks = calls
@@ -223,7 +223,11 @@ impl Engine {
         if self.layout.ghosts.to.is_empty() {
             return;
         }
-        for values in s.u.iter_mut().chain(&mut s.v).chain(&mut s.slots) {
+        // What is stored on a part of the body is read at the node alone.
+        let slots = s.slots.iter_mut().enumerate();
+        let slots = slots.filter(|(k, _)| self.parts.of_state(*k).is_none());
+        let slots = slots.map(|(_, values)| values);
+        for values in s.u.iter_mut().chain(&mut s.v).chain(slots) {
             self.layout.ghosts.refresh(values);
         }
     }
@@ -330,7 +334,7 @@ impl Engine {
             |list: &[Vec<f64>], n: usize| list.len() == n && list.iter().all(|v| v.len() == len);
         nodes(&s.u, self.spec.dim)
             && nodes(&s.v, self.spec.dim)
-            && nodes(&s.slots, self.state_slots)
+            && self.fits_slots(s)
             && s.families.len() == self.families.len()
             && s.families
                 .iter()
@@ -347,7 +351,7 @@ impl Engine {
 }
 
 /// Runs stretches of chunks that share an instance.
-unsafe fn stretch(run: [Run; 2], call: &Call, whole: &[u8], mut from: usize, to: usize) {
+pub(super) unsafe fn stretch(run: [Run; 2], call: &Call, whole: &[u8], mut from: usize, to: usize) {
     while from < to {
         let kind = whole.get(from).copied().unwrap_or(0);
         let mut end = from + 1;

@@ -3,6 +3,7 @@ use super::constants::{AtReferenceBond, Materials};
 use super::geometry::{Geometry, Streams, table, vector};
 use super::levels::{Grading, group};
 use super::needs::Needs;
+use super::parts::Parts;
 use super::program::{Choice, Program, programs};
 use super::redo::Redo;
 use super::{BondData, Engine, Home, Isa, Law, Settings, SetupError, Traversal, check, memory};
@@ -242,6 +243,7 @@ fn assemble(
     let bonds = (0..families.len())
         .map(|f| bond_data(&spec, &programs, &layout, &families[f], f))
         .collect();
+    let parts = Parts::new(&spec, &homes, arrays, state_slots);
     let redo = Redo::new(&programs, spec.slots.len(), layout.chunks());
     let records = |v: &dyn Fn(usize) -> [f64; 3]| -> Vec<Record> {
         let record = |slot: usize| {
@@ -273,6 +275,7 @@ fn assemble(
         homes,
         reads_ghosts,
         state_slots,
+        parts,
         bonds,
         redo,
     }

@@ -174,7 +174,7 @@ fn all(sim: &mut Simulation, base: &str) -> Vec<Vec<f64>> {
         _ => match sim.engine.state_slots(base) {
             Some(slots) => slots
                 .into_iter()
-                .map(|k| user(&sim.state.slots[k]))
+                .map(|k| user(&sim.engine.spread(k, &sim.state.slots[k])))
                 .collect(),
             None => sim.engine.named(base).unwrap_or_default(),
         },

@@ -176,7 +176,7 @@ fn fields(sim: &Simulation) -> Vec<FieldRow> {
     let (slots, volume) = (sim.engine.slots(), &sim.body.volume);
     let whole = total(volume.len(), |node| [volume[node]])[0];
     let row = |(name, unit, slot): (String, Exponents, usize)| {
-        let values = &sim.state.slots[slot];
+        let values = sim.engine.spread(slot, &sim.state.slots[slot]);
         let at = |node: usize| values[slots[node] as usize];
         let [sum] = total(volume.len(), |node| [at(node) * volume[node]]);
         let nodes = 0..volume.len();

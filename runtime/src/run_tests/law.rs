@@ -117,6 +117,7 @@ pub fn heat(dim: usize) -> Spec {
         slots: vec![0],
         components: vec![String::new()],
         exponents: [0; 7],
+        part: None,
     }];
     spec.rates = vec![RateSpec {
         field: 0,

@@ -1,5 +1,6 @@
 //! A table of all nodes, so that any other code can be compared node by node.
 
+use std::borrow::Cow;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -34,6 +35,8 @@ pub fn text(simulation: &mut Simulation) -> String {
         None => Vec::new(),
     };
     let fields = engine.field_components();
+    let everywhere = |(_, _, slot): &(String, _, usize)| engine.spread(*slot, &state.slots[*slot]);
+    let values: Vec<Cow<[f64]>> = fields.iter().map(everywhere).collect();
     let mut columns: Vec<(String, &[f64])> = Vec::new();
     if !engine.spec().force.is_empty() {
         for (prefix, arrays) in [("u", &state.u[..]), ("v", &state.v), ("f", engine.force())] {
@@ -44,10 +47,12 @@ pub fn text(simulation: &mut Simulation) -> String {
     if !energy.is_empty() {
         columns.push(("W".into(), &energy));
     }
-    for (name, _, slot) in &fields {
-        columns.push((name.clone(), &state.slots[*slot]));
+    for ((name, ..), values) in fields.iter().zip(&values) {
+        columns.push((name.clone(), values));
     }
-    let rates: Vec<(usize, Vec<f64>)> = engine.rates().map(|r| (r.slot, r.whole(state))).collect();
+    let rates = engine.rates();
+    let rates = rates.map(|r| (r.slot, engine.spread(r.slot, &r.whole(state)).into_owned()));
+    let rates: Vec<(usize, Vec<f64>)> = rates.collect();
     for (slot, rate) in &rates {
         let name = fields.iter().find(|f| f.2 == *slot);
         columns.push((

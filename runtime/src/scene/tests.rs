@@ -116,6 +116,7 @@ fn spring(dim: usize) -> Spec {
         }],
         families: Vec::new(),
         fields: Vec::new(),
+        parts: vec![],
         histories: Vec::new(),
         weights: vec![],
         slots: Vec::new(),

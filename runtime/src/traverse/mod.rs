@@ -26,6 +26,7 @@ pub const MAX_GEOMETRY: usize = 32;
 pub const MAX_HISTORIES: usize = 16;
 
 /// Everything one run of one sweep reads and writes, as addresses. Made by the engine.
+#[derive(Clone)]
 pub struct Call {
     /// Displacements: arrays on a lattice, records in a cloud, where positions are records too.
     pub(crate) u: [*const f64; 3],
@@ -117,13 +118,14 @@ impl<L: Memory, const MASKED: bool> Node<L> for Nodes<'_, MASKED> {
     }
     #[inline(always)]
     fn own(&self, k: usize) -> L {
-        unsafe { L::load(self.call.own[k].add(self.at)) }
+        // What is stored on a part of the body begins where slot 0 would be.
+        unsafe { L::load(self.call.own[k].wrapping_add(self.at)) }
     }
     /// Empty lanes are not written: they stay 0, or belong to another chunk.
     #[inline(always)]
     fn out(&mut self, k: usize, v: L) {
         unsafe {
-            let to = self.call.out[k].add(self.at);
+            let to = self.call.out[k].wrapping_add(self.at);
             if MASKED {
                 v.store_where(L::mask(self.occupied), to)
             } else {

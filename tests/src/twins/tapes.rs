@@ -20,6 +20,7 @@ fn slots(names: &[(&str, Stage)]) -> Vec<SlotSpec> {
     let slot = |&(name, stage): &(&str, Stage)| SlotSpec {
         name: name.into(),
         kind: SlotKind::Computed(stage),
+        part: None,
     };
     names.iter().map(slot).collect()
 }
@@ -39,6 +40,7 @@ fn spec(law: &str, params: &[&str], names: &[(&str, Stage)], sweeps: Vec<SweepSp
             filter: None,
         }],
         fields: vec![],
+        parts: vec![],
         histories: vec![],
         weights: vec![],
         slots: slots(names),

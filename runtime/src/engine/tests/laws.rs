@@ -21,6 +21,7 @@ pub fn slot(name: &str, kind: SlotKind) -> SlotSpec {
     SlotSpec {
         name: name.into(),
         kind,
+        part: None,
     }
 }
 
@@ -38,6 +39,7 @@ pub fn empty(law: &str, dim: usize) -> Spec {
             filter: None,
         }],
         fields: vec![],
+        parts: vec![],
         histories: Vec::<HistorySpec>::new(),
         weights: vec![],
         slots: vec![],
@@ -316,6 +318,7 @@ pub fn heat(dim: usize) -> Spec {
         slots: vec![0],
         components: vec![String::new()],
         exponents: [0; 7],
+        part: None,
     }];
     spec.rates = vec![RateSpec {
         field: 0,
