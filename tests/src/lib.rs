@@ -7,6 +7,8 @@ pub mod bodies;
 pub mod bridge;
 pub mod canaries;
 pub mod laws;
+#[cfg(target_arch = "x86_64")]
+pub mod machine;
 pub mod naive;
 pub mod plain;
 pub mod pulse;
