@@ -1,17 +1,20 @@
 //! Tapes as running code: checked once, packed into few registers, then executed over any lane type.
 //!
-//! Set-up (constants, geometry, influence functions, filters, expressions of a scene) runs them over `f64`;
+//! Set-up (constants, geometry, influence functions, filters, expressions of a scene) runs them over `f64`, one by one or
+//! at many places at once;
 //! a sweep that was not compiled runs them over the lanes of the traversal ([`TapeSweep`]), its bonds in blocks. The
 //! lane operations and their order are those that generated code has, so the results are the same to the bit.
 mod ball;
 mod block;
 mod exec;
+mod many;
 mod pack;
 mod sweep;
 
 pub(crate) use ball::ball;
 pub(crate) use block::Blocks;
 pub(crate) use exec::{Leaves, numbers, truth};
+pub(crate) use many::Many;
 pub(crate) use pack::{Leaf, Limits, Place, operands};
 pub(crate) use sweep::MAX_VALUES;
 pub use sweep::TapeSweep;

@@ -341,9 +341,9 @@ pub(super) struct AtReferenceBond<'a> {
     pub weight: f64,
 }
 
-impl Leaves<f64> for AtReferenceBond<'_> {
+impl AtReferenceBond<'_> {
     #[inline(always)]
-    fn leaf(&mut self, leaf: Leaf, k: usize) -> f64 {
+    pub fn value(&self, leaf: Leaf, k: usize) -> f64 {
         match leaf {
             Leaf::Const => self.constants[k],
             Leaf::Xi => self.xi[k],
@@ -352,5 +352,12 @@ impl Leaves<f64> for AtReferenceBond<'_> {
             Leaf::Weight => self.weight,
             _ => 0.0,
         }
+    }
+}
+
+impl Leaves<f64> for AtReferenceBond<'_> {
+    #[inline(always)]
+    fn leaf(&mut self, leaf: Leaf, k: usize) -> f64 {
+        self.value(leaf, k)
     }
 }

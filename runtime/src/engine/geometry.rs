@@ -1,12 +1,11 @@
 //! Reference-bond values of every sweep: a table per kind of bond, or streams per bond.
-use super::SetupError;
 use super::constants::{AtReferenceBond, Materials};
 use super::program::Program;
 use crate::kernel::norm_squared;
 use crate::lane::{Isa, Memory};
 use crate::layout::{Family, Layout, Stencil};
 use crate::spec::{Op, Spec, Tape};
-use crate::tape::{length, numbers, operands};
+use crate::tape::{Code, Leaf, Many, length, numbers, operands};
 use crate::traverse::{CHUNK, MAX_GEOMETRY};
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -61,8 +60,11 @@ pub(super) struct Streams<'a> {
     pub materials: &'a Materials<'a>,
     /// Weight [m^3] of the bond to a slot, between a pair of materials.
     pub weight: &'a (dyn Fn([f64; 3], usize, usize) -> f64 + Sync),
-    pub values: Vec<Vec<f64>>,
     numbering: Numbering,
+    /// How many there are.
+    count: usize,
+    /// Of every family: tapes, and which of their outputs are streams that no earlier tape has.
+    fresh: Vec<Vec<(&'a Code, Vec<usize>)>>,
 }
 
 impl<'a> Streams<'a> {
@@ -77,37 +79,56 @@ impl<'a> Streams<'a> {
             families,
             materials,
             weight,
-            values: vec![],
             numbering: Numbering::default(),
+            count: 0,
+            fresh: vec![vec![]; families.len()],
         }
     }
 
-    pub fn add(&mut self, spec: &Spec, p: &Program, tape: &Tape) -> Result<Geometry, SetupError> {
+    pub fn add(&mut self, spec: &Spec, p: &'a Program, tape: &Tape) -> Geometry {
         debug_assert!(tape.outs.len() <= MAX_GEOMETRY && spec.dim == self.layout.dim);
         let keys = self.numbering.outputs(p.family, tape);
-        let mut streams = vec![];
-        let (mut fresh, mut places) = (vec![], vec![]);
+        let (mut streams, mut fresh) = (vec![], vec![]);
         for (position, key) in keys.into_iter().enumerate() {
-            let next = self.values.len() + fresh.len();
+            let next = self.count + fresh.len();
             let stream = *self.numbering.streams.entry(key).or_insert(next);
             if stream == next {
-                fresh.push(vec![0.0; self.families[p.family].present.len() * CHUNK]);
-                places.push(position);
+                fresh.push(position);
             }
             streams.push(stream);
         }
+        self.count += fresh.len();
         if !fresh.is_empty() {
-            self.fill(p, &mut fresh, &places);
+            self.fresh[p.family].push((&p.geometry, fresh));
         }
-        self.values.append(&mut fresh);
-        Ok(Geometry::Streams(streams))
+        Geometry::Streams(streams)
     }
 
-    /// Each chunk writes its own part of every new stream.
-    fn fill(&self, p: &Program, fresh: &mut [Vec<f64>], places: &[usize]) {
-        let family = &self.families[p.family];
+    /// All streams, by number.
+    pub fn values(&self) -> Vec<Vec<f64>> {
+        // Numbers were given out sweep by sweep, and a sweep has one family.
+        let mut values = vec![vec![]; self.count];
+        for (k, family) in self.families.iter().enumerate() {
+            let cells = family.present.len() * CHUNK;
+            let mine = self.numbering.streams.iter();
+            let mut mine: Vec<usize> = mine.filter(|s| s.0.0 == k).map(|s| *s.1).collect();
+            mine.sort_unstable();
+            let mut streams: Vec<Vec<f64>> = mine.iter().map(|_| vec![0.0; cells]).collect();
+            self.fill(family, &self.fresh[k], &mut streams);
+            for (to, stream) in mine.into_iter().zip(streams) {
+                values[to] = stream;
+            }
+        }
+        values
+    }
+
+    /// Each chunk writes its own part of every stream. A bond is looked at once, for all tapes.
+    fn fill(&self, family: &Family, tapes: &[(&Code, Vec<usize>)], streams: &mut [Vec<f64>]) {
+        let Some(most) = tapes.iter().map(|t| Many::most(t.0)).min() else {
+            return;
+        };
         let mut parts: Vec<Vec<&mut [f64]>> = (0..self.layout.chunks()).map(|_| vec![]).collect();
-        for stream in fresh.iter_mut() {
+        for stream in streams {
             let mut rest = &mut stream[..];
             for (chunk, parts) in parts.iter_mut().enumerate() {
                 let (part, tail) = rest.split_at_mut(family.rows(chunk).len() * CHUNK);
@@ -115,21 +136,44 @@ impl<'a> Streams<'a> {
                 rest = tail;
             }
         }
-        parts
-            .into_par_iter()
-            .enumerate()
-            .for_each(|(chunk, mut parts)| {
-                let (mut out, mut room) = (vec![0.0; p.geometry.outs.len()], vec![]);
-                for (n, row) in family.rows(chunk).enumerate() {
-                    for lane in 0..CHUNK {
-                        let mut bond = self.bond(family, (chunk, row, lane), &mut room);
-                        numbers(&p.geometry, &mut bond, &mut out);
-                        for (part, &position) in parts.iter_mut().zip(places) {
-                            part[n * CHUNK + lane] = out[position];
+        let each = |room: &mut (Many, Many), (chunk, mut parts): (usize, Vec<&mut [f64]>)| {
+            let cells = family.rows(chunk).len() * CHUNK;
+            for first in (0..cells).step_by(most) {
+                let count = most.min(cells - first);
+                let mut rooms = vec![vec![]; count];
+                let bonds: Vec<AtReferenceBond> = (first..)
+                    .zip(&mut rooms)
+                    .map(|(cell, room)| {
+                        let row = family.rows(chunk).start + cell / CHUNK;
+                        self.bond(family, (chunk, row, cell % CHUNK), room)
+                    })
+                    .collect();
+                let lengths: Vec<f64> = bonds.iter().map(|bond| bond.length).collect();
+                let mut leaf = |leaf: Leaf, k: usize, to: &mut [f64]| match leaf {
+                    Leaf::X => to.copy_from_slice(&lengths),
+                    Leaf::Omega => omega(&bonds, k, &lengths, &mut room.1, to),
+                    _ => {
+                        for (to, bond) in to.iter_mut().zip(&bonds) {
+                            *to = bond.value(leaf, k);
                         }
                     }
+                };
+                let mut parts = parts.iter_mut();
+                for (code, places) in tapes {
+                    let mut places = places.iter().peekable();
+                    room.0.run(code, count, &mut leaf, &mut |position, values| {
+                        if places.next_if_eq(&&position).is_some()
+                            && let Some(part) = parts.next()
+                        {
+                            part[first..first + count].copy_from_slice(values);
+                        }
+                    });
                 }
-            });
+            }
+        };
+        let room = || (Many::new(), Many::new());
+        let parts = parts.into_par_iter().enumerate();
+        parts.for_each_init(room, each);
     }
 
     /// `room` as in [`Materials::on_bond`]. Padding weighs nothing.
@@ -164,6 +208,16 @@ impl<'a> Streams<'a> {
     }
 }
 
+/// Influence function `k` on bonds: those between the same materials, side by side, in one go.
+fn omega(bonds: &[AtReferenceBond], k: usize, lengths: &[f64], many: &mut Many, to: &mut [f64]) {
+    let mut from = 0;
+    for alike in bonds.chunk_by(|a, b| std::ptr::eq(a.influences, b.influences)) {
+        let these = from..from + alike.len();
+        alike[0].influences[k].each(many, &lengths[these.clone()], &mut to[these.clone()]);
+        from = these.end;
+    }
+}
+
 /// From one end to the other.
 pub(super) fn vector([a, b]: [[f64; 3]; 2], dim: usize) -> [f64; 3] {
     std::array::from_fn(|k| if k < dim { b[k] - a[k] } else { 0.0 })
@@ -173,11 +227,12 @@ pub(super) fn vector([a, b]: [[f64; 3]; 2], dim: usize) -> [f64; 3] {
 #[derive(Default)]
 struct Numbering {
     values: HashMap<String, usize>,
-    streams: HashMap<usize, usize>,
+    /// By family and value.
+    streams: HashMap<(usize, usize), usize>,
 }
 
 impl Numbering {
-    fn outputs(&mut self, family: usize, tape: &Tape) -> Vec<usize> {
+    fn outputs(&mut self, family: usize, tape: &Tape) -> Vec<(usize, usize)> {
         let mut numbers: Vec<usize> = vec![];
         for op in &tape.ops {
             let key = match operands(op) {
@@ -193,7 +248,8 @@ impl Numbering {
             let next = self.values.len();
             numbers.push(*self.values.entry(key).or_insert(next));
         }
-        tape.outs.iter().map(|&r| numbers[r as usize]).collect()
+        let outs = tape.outs.iter();
+        outs.map(|&r| (family, numbers[r as usize])).collect()
     }
 }
 

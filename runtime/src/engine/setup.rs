@@ -63,7 +63,7 @@ pub(super) fn engine(body: &Body, law: Law, settings: Settings) -> Result<Engine
     }
     let (geometry, streams) = geometry(
         &spec, &programs, body, settings, &layout, &families, &materials, isa,
-    )?;
+    );
     materials.check()?;
     let constants = materials.own();
     drop(materials);
@@ -199,7 +199,7 @@ fn geometry(
     families: &[Family],
     materials: &Materials,
     isa: Isa,
-) -> Result<(Vec<Geometry>, Vec<Vec<f64>>), SetupError> {
+) -> (Vec<Geometry>, Vec<Vec<f64>>) {
     let weight = |xi: [f64; 3], other: usize, pair: usize| {
         let r = length(xi, spec.dim);
         let fraction = if settings.partial_volume {
@@ -214,10 +214,10 @@ fn geometry(
     for (p, s) in programs.iter().zip(&spec.sweeps) {
         geometry.push(match &families[p.family].shape {
             Shape::Stencil(stencil) => table(p, stencil, materials, spec.dim, isa),
-            Shape::List(_) => streams.add(spec, p, &s.geometry)?,
+            Shape::List(_) => streams.add(spec, p, &s.geometry),
         });
     }
-    Ok((geometry, streams.values))
+    (geometry, streams.values())
 }
 
 #[allow(clippy::too_many_arguments)]

@@ -59,7 +59,7 @@ fn place(body: &Body, delta: f64, materials: usize) -> Layout {
     let mut order: Vec<u32> = (0..n as u32).collect();
     let key = Curve::new(body, delta);
     let material = |node: u32| body.material.get(node as usize).copied().unwrap_or(0);
-    order.par_sort_by_key(|&node| (material(node), key.of(body.x[node as usize]), node));
+    order.par_sort_by_cached_key(|&node| (material(node), key.of(body.x[node as usize]), node));
     let (mut slots, mut parts) = (Vec::with_capacity(n), Vec::new());
     let mut padded = 0;
     for m in 0..materials.max(1) {
@@ -208,51 +208,44 @@ fn morton(c: [u64; 3]) -> u64 {
     m
 }
 
-/// Two passes, count and fill, so that the lists are written in place.
+/// Chunks that one task looks at.
+const BLOCK: usize = 256;
+
+/// The neighbour lists of a block of chunks, then all one behind the other.
 fn family(layout: &Layout, search: &(dyn Fn(usize, &mut Vec<u32>) + Sync)) -> Family {
     let chunks = layout.chunks();
-    let longest: Vec<u32> = (0..chunks)
+    let blocks: Vec<(Vec<u32>, Vec<u8>, Vec<u32>)> = (0..chunks.div_ceil(BLOCK))
         .into_par_iter()
-        .map_init(Vec::new, |found, c| {
-            let mut rows = 0;
-            for p in (c * CHUNK..(c + 1) * CHUNK).filter(|p| layout.user[*p] != NONE) {
-                search(p, found);
-                rows = rows.max(found.len() as u32);
+        .map_init(Default::default, |found: &mut [Vec<u32>; CHUNK], b| {
+            let (mut index, mut present, mut rows) = (vec![], vec![], vec![]);
+            for c in b * BLOCK..((b + 1) * BLOCK).min(chunks) {
+                for (p, found) in (c * CHUNK..).zip(found.iter_mut()) {
+                    found.clear();
+                    if layout.user[p] != NONE {
+                        search(p, found);
+                    }
+                }
+                rows.push(append(c * CHUNK, found, &mut index, &mut present));
             }
-            rows
+            (index, present, rows)
         })
         .collect();
     let (mut first, mut last) = (Vec::with_capacity(chunks), Vec::with_capacity(chunks));
-    let mut rows = 0;
-    for n in longest {
-        first.push(rows);
-        rows += n;
-        last.push(rows);
+    let mut row = 0;
+    for rows in blocks.iter().flat_map(|(_, _, rows)| rows) {
+        first.push(row);
+        row += rows;
+        last.push(row);
     }
-    let mut index = vec![0u32; rows as usize * CHUNK];
-    let mut present = vec![0u8; rows as usize];
-    let mut parts = vec![];
-    let (mut rest_index, mut rest_present) = (&mut index[..], &mut present[..]);
-    for c in 0..chunks {
-        let n = (last[c] - first[c]) as usize;
-        let (a, b) = rest_index.split_at_mut(n * CHUNK);
-        let (p, q) = rest_present.split_at_mut(n);
-        (rest_index, rest_present) = (b, q);
-        parts.push((c, a, p));
+    let (mut index, mut present) = (
+        Vec::with_capacity(row as usize * CHUNK),
+        Vec::with_capacity(row as usize),
+    );
+    for (i, p, _) in blocks {
+        index.extend(i);
+        present.extend(p);
     }
-    parts
-        .into_par_iter()
-        .for_each_init(Vec::new, |found, (c, index, present)| {
-            for lane in 0..CHUNK {
-                let p = c * CHUNK + lane;
-                found.clear();
-                if layout.user[p] != NONE {
-                    search(p, found);
-                }
-                fill_lane(lane, p, found, index, present);
-            }
-        });
-    let bonds = present.iter().map(|b| b.count_ones() as usize).sum();
+    let bonds = present.iter().map(|b: &u8| b.count_ones() as usize).sum();
     Family {
         first,
         last,
@@ -262,11 +255,17 @@ fn family(layout: &Layout, search: &(dyn Fn(usize, &mut Vec<u32>) + Sync)) -> Fa
     }
 }
 
-/// Padding repeats a real neighbour: loads stay valid and near.
-fn fill_lane(lane: usize, p: usize, found: &[u32], index: &mut [u32], present: &mut [u8]) {
-    let spare = found.last().copied().unwrap_or(p as u32);
-    for (row, bits) in present.iter_mut().enumerate() {
-        index[row * CHUNK + lane] = found.get(row).copied().unwrap_or(spare);
-        *bits |= ((row < found.len()) as u8) << lane;
+/// Appends the rows of the chunk at `base` and counts them. Padding repeats a real neighbour: loads stay valid and near.
+fn append(base: usize, found: &[Vec<u32>], index: &mut Vec<u32>, present: &mut Vec<u8>) -> u32 {
+    let rows = found.iter().map(Vec::len).max().unwrap_or(0);
+    for row in 0..rows {
+        let mut bits = 0;
+        for (lane, found) in found.iter().enumerate() {
+            let spare = found.last().copied().unwrap_or((base + lane) as u32);
+            index.push(found.get(row).copied().unwrap_or(spare));
+            bits |= ((row < found.len()) as u8) << lane;
+        }
+        present.push(bits);
     }
+    rows as u32
 }

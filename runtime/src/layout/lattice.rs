@@ -369,8 +369,7 @@ impl Rows<'_> {
         pattern.clear();
         let (base, nodes) = (self.layout.base[chunk] as i64, self.layout.nodes[chunk]);
         let pairs = self.materials * self.materials;
-        let part = |p: &std::ops::Range<usize>| p.contains(&chunk);
-        let own = self.layout.parts.iter().position(part).unwrap_or(0);
+        let own = self.layout.parts.partition_point(|part| part.end <= chunk);
         let mut to_material = vec![0u8; self.materials];
         for step in 0..self.kinds.len() / pairs {
             let kinds = &self.kinds[step * pairs + own * self.materials..][..self.materials];

@@ -2,7 +2,7 @@
 use super::INCLUSIVE;
 use crate::tape::length_squared;
 
-/// Points sorted into cells no smaller than the horizon.
+/// Points sorted into cells, [`ACROSS`] of which are no shorter than the horizon.
 pub(crate) struct Cells<'a> {
     x: &'a [Vec<f64>; 3],
     dim: usize,
@@ -12,14 +12,19 @@ pub(crate) struct Cells<'a> {
     shape: [usize; 3],
     start: Vec<u32>,
     points: Vec<u32>,
+    /// Positions of the points, side by side as they are looked at.
+    sorted: [Vec<f64>; 3],
 }
+
+/// Cells across a horizon: more of them enclose the ball more tightly, and hold fewer points each.
+const ACROSS: usize = 2;
 
 impl<'a> Cells<'a> {
     /// `used`: the slots that hold a point.
     pub fn new(x: &'a [Vec<f64>; 3], dim: usize, delta: f64, used: &[u32]) -> Cells<'a> {
         let (low, high) = bounds(x, used);
         // Cells of a sparse cloud grow until there are not many more of them than points.
-        let mut size = delta * (1.0 + 1e-6);
+        let mut size = delta / ACROSS as f64 * (1.0 + 1e-6);
         let mut shape = shape_of(low, high, size, dim);
         while shape.iter().map(|&n| n as f64).product::<f64>() > 4.0 * used.len() as f64 + 64.0 {
             size *= 1.5;
@@ -34,6 +39,7 @@ impl<'a> Cells<'a> {
             shape,
             start: vec![],
             points: vec![],
+            sorted: [vec![], vec![], vec![]],
         };
         cells.sort(used);
         cells
@@ -55,6 +61,9 @@ impl<'a> Cells<'a> {
             let c = self.cell(p as usize);
             self.points[next[c] as usize] = p;
             next[c] += 1;
+        }
+        for (sorted, x) in self.sorted.iter_mut().zip(self.x).take(self.dim) {
+            *sorted = self.points.iter().map(|&p| x[p as usize]).collect();
         }
     }
 
@@ -80,27 +89,43 @@ impl<'a> Cells<'a> {
     /// Neighbours of a slot, ascending. `found` is cleared first.
     pub fn neighbours(&self, p: usize, found: &mut Vec<u32>) {
         found.clear();
+        match self.dim {
+            1 => self.find::<1>(p, found),
+            2 => self.find::<2>(p, found),
+            _ => self.find::<3>(p, found),
+        }
+        found.sort_unstable();
+    }
+
+    fn find<const D: usize>(&self, p: usize, found: &mut Vec<u32>) {
+        let here: [f64; D] = std::array::from_fn(|a| self.x[a][p]);
         let range = |a: usize| {
             let c = self.axis(p, a);
-            c.saturating_sub(1)..(c + 2).min(self.shape[a])
+            c.saturating_sub(ACROSS)..(c + ACROSS + 1).min(self.shape[a])
         };
+        let along = range(0);
         for k in range(2) {
             for j in range(1) {
                 let row = (k * self.shape[1] + j) * self.shape[0];
-                let i = range(0);
-                let (from, to) = (
-                    self.start[row + i.start] as usize,
-                    self.start[row + i.end] as usize,
-                );
-                for &q in &self.points[from..to] {
-                    let r2 = length_squared(self.xi(p, q as usize), self.dim);
-                    if r2 > 0.0 && r2 <= self.reach2 {
-                        found.push(q);
+                let points =
+                    self.start[row + along.start] as usize..self.start[row + along.end] as usize;
+                let at: [&[f64]; D] = std::array::from_fn(|a| &self.sorted[a][points.clone()]);
+                // Every point is written, and kept if it is near: no branch to guess.
+                let (mut n, from) = (0, found.len());
+                found.resize(from + points.len(), 0);
+                let kept = &mut found[from..];
+                for (i, &q) in self.points[points].iter().enumerate() {
+                    let mut xi = [0.0; 3];
+                    for a in 0..D {
+                        xi[a] = at[a][i] - here[a];
                     }
+                    let r2 = length_squared(xi, D);
+                    kept[n] = q;
+                    n += usize::from((r2 > 0.0) & (r2 <= self.reach2));
                 }
+                found.truncate(from + n);
             }
         }
-        found.sort_unstable();
     }
 }
 
