@@ -177,8 +177,9 @@ pub struct Engine {
     /// Positions and displacements of a cloud.
     x_records: Vec<Record>,
     u_records: Vec<Record>,
-    /// Of the nodes of each material.
-    constants: Vec<Vec<f64>>,
+    /// Of the nodes, material after material, and where those of each chunk begin.
+    constants: Vec<f64>,
+    constants_at: Vec<u32>,
     homes: Vec<Home>,
     /// Values of computed slots and increments; forces first, then tangents.
     arrays: Vec<Vec<f64>>,
@@ -476,7 +477,8 @@ impl Engine {
     /// Constants of the law at the nodes of a material, in the order of [`Spec::constants`]. With [`crate::body::Body::horizon`],
     /// of those of one material and one horizon, in ascending order of both.
     pub fn constants(&self, material: usize) -> &[f64] {
-        &self.constants[material]
+        let count = self.spec.constants.outs.len();
+        &self.constants[material * count..][..count]
     }
 
     /// The horizons of the nodes.

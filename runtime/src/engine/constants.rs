@@ -70,10 +70,10 @@ impl<'a> Materials<'a> {
         })
     }
 
-    /// Constants of the nodes of each material.
-    pub fn own(&self) -> Vec<Vec<f64>> {
+    /// Constants of the nodes, material after material.
+    pub fn own(&self) -> Vec<f64> {
         (0..self.count)
-            .map(|m| self.pairs[m * self.count + m].constants.clone())
+            .flat_map(|m| self.pairs[m * self.count + m].constants.clone())
             .collect()
     }
 

@@ -69,7 +69,7 @@ impl Engine {
             parts: self.part_reports(),
             empty_lanes: 1.0
                 - self.layout.slot.len() as f64 / (CHUNK * self.layout.chunks()) as f64,
-            constants: self.constants[0].clone(),
+            constants: self.constants(0).to_vec(),
         }
     }
 }

@@ -8,7 +8,6 @@ use crate::layout::Shape;
 use crate::spec::{SlotKind, Stage};
 use crate::traverse::{CHUNK, Call, MAX_GEOMETRY, MAX_HISTORIES, MAX_SLOTS};
 use rayon::prelude::*;
-use std::ops::Range;
 use std::ptr::{null, null_mut};
 
 /// Rows of a task: tens of microseconds, so that handing it out costs nothing.
@@ -27,44 +26,39 @@ impl Engine {
 
     /// A pure run over the whole body.
     pub(super) fn run_all(&mut self, k: usize, s: &State) {
-        let calls = self.calls(k, s);
+        let call = self.call(k, s);
         let (p, bonds) = (&self.programs[k], &self.bonds[self.programs[k].family]);
         let whole = if p.reference {
             &bonds.whole_reference
         } else {
             &bonds.whole_intact
         };
-        self.over_chunks(p, &calls, whole);
+        self.over_chunks(p, &call, whole);
         self.refresh_outputs(k);
     }
 
     /// A run that breaks bonds: always with masks.
     pub(super) fn run_armed(&mut self, k: usize, s: &mut State) {
-        let mut calls = self.calls(k, s);
+        let mut call = self.call(k, s);
         let family = self.programs[k].family;
         let bonds = &self.bonds[family];
-        for call in &mut calls {
-            if bonds.armed.is_empty() {
-                call.armed = &ALL;
-            } else {
-                (call.armed, call.armed_step) = (bonds.armed.as_ptr(), 1);
-            }
-            call.broken = self.broken.as_mut_ptr();
-            call.bits = s.families[family].intact.as_mut_ptr();
+        if bonds.armed.is_empty() {
+            call.armed = &ALL;
+        } else {
+            (call.armed, call.armed_step) = (bonds.armed.as_ptr(), 1);
         }
-        self.over_chunks(&self.programs[k], &calls, &[]);
+        call.broken = self.broken.as_mut_ptr();
+        call.bits = s.families[family].intact.as_mut_ptr();
+        self.over_chunks(&self.programs[k], &call, &[]);
         self.refresh_outputs(k);
     }
 
     /// A pure run over some chunks.
     pub(super) fn run_some(&mut self, k: usize, s: &State, chunks: &[u32]) {
-        let calls = self.calls(k, s);
-        let (this, p, parts) = (&*self, &self.programs[k], &self.layout.parts);
+        let call = self.call(k, s);
+        let (this, p) = (&*self, &self.programs[k]);
         // SAFETY: as in `over_chunks`.
-        let one = |&c: &u32| unsafe {
-            let part = parts.partition_point(|part| part.end <= c as usize);
-            this.by_places(p, &calls[part], &[], (c as usize, c as usize + 1))
-        };
+        let one = |&c: &u32| unsafe { this.by_places(p, &call, &[], (c as usize, c as usize + 1)) };
         if chunks.len() >= 256 && rayon::current_num_threads() > 1 {
             chunks.par_iter().with_min_len(64).for_each(one);
         } else {
@@ -73,41 +67,26 @@ impl Engine {
         self.refresh_outputs(k);
     }
 
-    /// `calls`: one per material. `whole`: one byte per chunk, 1 where the instance without masks may run; empty: nowhere.
-    fn over_chunks(&self, p: &Program, calls: &[Call], whole: &[u8]) {
-        let rows = self.families[p.family].present.len() / self.layout.chunks().max(1);
+    /// `whole`: one byte per chunk, 1 where the instance without masks may run; empty: nowhere.
+    fn over_chunks(&self, p: &Program, call: &Call, whole: &[u8]) {
+        let chunks = self.layout.chunks();
+        let rows = self.families[p.family].present.len() / chunks.max(1);
         let grain = (ROWS_PER_TASK / (rows + 8)).clamp(1, 512);
+        let tasks = chunks.div_ceil(grain);
         // SAFETY: the instances were chosen for this processor and this traversal.
-        let one = |call: &Call, chunks: &Range<usize>, t: usize| unsafe {
-            let from = chunks.start + t * grain;
-            self.by_places(p, call, whole, (from, (from + grain).min(chunks.end)))
+        let task = |t: usize| unsafe {
+            let from = t * grain;
+            self.by_places(p, call, whole, (from, (from + grain).min(chunks)))
         };
-        // Those of all materials at once: one of them may be too small for many threads.
-        let tasks = calls
-            .iter()
-            .zip(&self.layout.parts)
-            .flat_map(|(call, chunks)| {
-                (0..chunks.len().div_ceil(grain)).map(move |t| (call, chunks, t))
-            });
-        if rayon::current_num_threads() > 1 && self.layout.chunks() > grain {
-            let tasks: Vec<(&Call, &Range<usize>, usize)> = tasks.collect();
-            tasks
-                .into_par_iter()
-                .for_each(|(call, chunks, t)| one(call, chunks, t));
+        if tasks > 1 && rayon::current_num_threads() > 1 {
+            (0..tasks).into_par_iter().for_each(task);
         } else {
-            tasks.for_each(|(call, chunks, t)| one(call, chunks, t));
+            (0..tasks).for_each(task);
         }
     }
 
-    /// One per material.
-    fn calls(&mut self, k: usize, s: &State) -> Vec<Call> {
-        (0..self.layout.parts.len())
-            .map(|part| self.call(k, part, s))
-            .collect()
-    }
-
-    /// What a sweep reads and writes on the nodes of one material.
-    fn call(&mut self, k: usize, part: usize, s: &State) -> Call {
+    /// What a sweep reads and writes.
+    fn call(&mut self, k: usize, s: &State) -> Call {
         let p = &self.programs[k];
         let (family, bonds) = (&self.families[p.family], &self.bonds[p.family]);
         let state = &s.families[p.family];
@@ -118,7 +97,8 @@ impl Engine {
             own: [null(); MAX_SLOTS],
             nbr: [null(); MAX_SLOTS],
             out: [null_mut(); MAX_SLOTS],
-            constants: self.constants[part].as_ptr(),
+            constants: self.constants.as_ptr(),
+            constants_at: self.constants_at.as_ptr(),
             base: self.layout.base.as_ptr(),
             nodes: self.layout.nodes.as_ptr(),
             first: family.first.as_ptr(),

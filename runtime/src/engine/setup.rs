@@ -230,7 +230,7 @@ fn assemble(
     programs: Vec<Program>,
     geometry: Vec<Geometry>,
     streams: Vec<Vec<f64>>,
-    constants: Vec<Vec<f64>>,
+    constants: Vec<f64>,
     grading: Grading,
 ) -> Engine {
     let (homes, arrays, state_slots) = homes(&spec);
@@ -244,6 +244,11 @@ fn assemble(
         .map(|f| bond_data(&spec, &programs, &layout, &families[f], f))
         .collect();
     let parts = Parts::new(&spec, &homes, arrays, state_slots);
+    let count = spec.constants.outs.len();
+    let materials = layout.parts.iter().enumerate();
+    let constants_at = materials
+        .flat_map(|(m, part)| part.clone().map(move |_| (m * count) as u32))
+        .collect();
     let redo = Redo::new(&programs, spec.slots.len(), layout.chunks());
     let records = |v: &dyn Fn(usize) -> [f64; 3]| -> Vec<Record> {
         let record = |slot: usize| {
@@ -271,6 +276,7 @@ fn assemble(
         geometry,
         streams,
         constants,
+        constants_at,
         grading,
         homes,
         reads_ghosts,

@@ -174,11 +174,7 @@ pub(super) unsafe fn chunks<L: Blocks, S: Body<D>, const D: usize, const MASKED:
                     here[k] = (at + k) as u32;
                     k += 1;
                 }
-                let mut nodes = Nodes::<MASKED> {
-                    call,
-                    at,
-                    occupied: *call.nodes.add(chunk) >> (part * L::W),
-                };
+                let mut nodes = Nodes::<MASKED>::new(call, chunk, part * L::W, at);
                 let columns = Columns::<L, D, MASKED> {
                     call,
                     nbr: &nbr,

@@ -140,11 +140,7 @@ pub(super) unsafe fn chunks<L: Blocks, S: Body<D>, const D: usize, const MASKED:
             let mut part = 0;
             while part < CHUNK / L::W {
                 let at = base + part * L::W;
-                let mut nodes = Nodes::<MASKED> {
-                    call,
-                    at,
-                    occupied: *call.nodes.add(chunk) >> (part * L::W),
-                };
+                let mut nodes = Nodes::<MASKED>::new(call, chunk, part * L::W, at);
                 let entries = Entries::<L, D, MASKED> {
                     call,
                     u: &u,

@@ -35,7 +35,9 @@ pub struct Call {
     pub(crate) own: [*const f64; MAX_SLOTS],
     pub(crate) nbr: [*const f64; MAX_SLOTS],
     pub(crate) out: [*mut f64; MAX_SLOTS],
+    /// Constants of all materials, and per chunk where those of its material begin.
     pub(crate) constants: *const f64,
+    pub(crate) constants_at: *const u32,
     /// Per chunk: first slot, occupied lanes, rows `first..last`.
     pub(crate) base: *const u32,
     pub(crate) nodes: *const u8,
@@ -107,14 +109,30 @@ impl<S: Sweep<D>, const D: usize> Body<D> for S {
 /// The node slots at one position.
 pub(crate) struct Nodes<'a, const MASKED: bool> {
     call: &'a Call,
+    constants: *const f64,
     at: usize,
     occupied: u8,
+}
+
+impl<'a, const MASKED: bool> Nodes<'a, MASKED> {
+    /// The nodes from slot `at` on, which are those of a chunk from lane `first` on.
+    #[inline(always)]
+    unsafe fn new(call: &'a Call, chunk: usize, first: usize, at: usize) -> Self {
+        unsafe {
+            Nodes {
+                call,
+                constants: call.constants.add(*call.constants_at.add(chunk) as usize),
+                at,
+                occupied: *call.nodes.add(chunk) >> first,
+            }
+        }
+    }
 }
 
 impl<L: Memory, const MASKED: bool> Node<L> for Nodes<'_, MASKED> {
     #[inline(always)]
     fn constant(&self, k: usize) -> L {
-        L::splat(unsafe { *self.call.constants.add(k) })
+        L::splat(unsafe { *self.constants.add(k) })
     }
     #[inline(always)]
     fn own(&self, k: usize) -> L {
