@@ -232,7 +232,7 @@ fn an_unstable_run_keeps_what_it_has() {
 
 #[test]
 fn a_wrong_command_line_is_two() {
-    let lines: [&[&str]; 8] = [
+    let lines: [&[&str]; 11] = [
         &[],
         &["fly"],
         &["run"],
@@ -241,6 +241,9 @@ fn a_wrong_command_line_is_two() {
         &["run", "a.toml", "--thread", "2"],
         &["check"],
         &["models", "--yaml"],
+        &["bench"],
+        &["bench", "kernels", "--size", "0"],
+        &["bench", "kernels", "--isa", "mmx"],
     ];
     for line in lines {
         mentions(&pdlang(line, 2), &["--help"]);
@@ -279,7 +282,7 @@ fn every_command_has_help() {
         .filter_map(|line| line.split_whitespace().next())
         .collect();
     assert!(
-        ["run", "plan", "check", "models"]
+        ["run", "plan", "check", "models", "bench"]
             .iter()
             .all(|n| names.contains(n)),
         "{text}"
@@ -449,4 +452,66 @@ fn a_law_that_is_not_compiled_says_so() {
             }
         }
     }
+}
+
+/// Rows of `pdlang bench kernels` on a small cube.
+fn kernels(more: &[&str]) -> Vec<serde_json::Value> {
+    let line = [
+        &[
+            "bench",
+            "kernels",
+            "--size",
+            "7",
+            "--repeats",
+            "2",
+            "--json",
+        ],
+        more,
+    ]
+    .concat();
+    serde_json::from_str(&pdlang(&line, 0)).expect("an array")
+}
+
+#[test]
+fn kernels_are_timed_beside_their_twins() {
+    let rows = kernels(&[]);
+    let named: Vec<String> = rows
+        .iter()
+        .map(|row| format!("{} {} {}", row["law"], row["body"], row["traversal"]).replace('"', ""))
+        .collect();
+    let bodies = ["lattice lattice", "cloud cloud", "jittered cloud"];
+    let laws = ["pmb", "lps", "heat", "correspondence_stabilised"];
+    let all = laws.map(|law| bodies.map(|body| format!("{law} {body}")));
+    assert_eq!(named, all.concat());
+    for row in &rows {
+        let number = |key: &str| row[key].as_f64();
+        for key in ["ns_per_bond", "wall_ns_per_bond", "bytes_per_bond"] {
+            assert!(number(key).is_some_and(|n| n > 0.0), "{key} of {row}");
+        }
+        assert_eq!(
+            (&row["dimension"], &row["precision"]),
+            (&3.into(), &"f64".into())
+        );
+        assert_eq!(row["threads"], 1);
+        let twin = row["isa"] == "avx512" && ["pmb", "lps"].iter().any(|law| row["law"] == *law);
+        assert_eq!(
+            number("twin_ns_per_bond").is_some_and(|n| n > 0.0),
+            twin,
+            "{row}"
+        );
+        assert_eq!(row["twin_ns_per_bond"].is_null(), !twin, "{row}");
+    }
+    // Twins are for one thread and for one instruction set.
+    for more in [["--threads", "2"], ["--isa", "scalar"]] {
+        assert!(
+            kernels(&more)
+                .iter()
+                .all(|row| row["twin_ns_per_bond"].is_null())
+        );
+    }
+    let table = pdlang(&["bench", "kernels", "--size", "5", "--repeats", "1"], 0);
+    mentions(
+        &table,
+        &["twin_ns_per_bond", "correspondence_stabilised", "jittered"],
+    );
 }

@@ -5,11 +5,13 @@
 //! body written by hand for the same traversal; `twin` is the same sum written with intrinsics from end to end
 //! (AVX-512, one thread). `equal` says that body and twin, and generated and interpreted, agree to the bit;
 //! `apart` is the largest difference of generated and twin, relative to the largest force.
+use pdlang_models::bench::clock::cpu;
+use pdlang_models::bench::scene;
+use pdlang_models::bench::twin::{Sums, Twin};
 use pdlang_models::registry;
 use pdlang_runtime::body::Body;
 use pdlang_runtime::engine::{Breaking, Engine, Isa, Law, State, Traversal};
-use pdlang_tests::twins::{bodies, scene, tapes};
-use std::time::Duration;
+use pdlang_tests::twins::{bodies, tapes};
 
 struct Options {
     isas: Vec<Isa>,
@@ -130,16 +132,22 @@ fn catalogue(name: &str) -> Law {
 }
 
 fn measure(o: &Options, body: &Body, case: &Case, traversal: Traversal, isa: Isa) {
-    let engine = |law, params: &[f64]| scene::engine(body, law, params.to_vec(), traversal, isa);
+    let engine = |law, params: &[f64]| {
+        scene::engine(body, law, params.to_vec(), traversal, isa).expect("the scene is valid")
+    };
     let mut generated = engine(catalogue(case.name), &case.params);
     let mut interpreted = engine(Law::interpreted(generated.spec().clone()), &case.params);
     let mut by_hand = engine((case.body)(), &case.body_params);
     let mut s = scene::displaced(&generated, body);
     let vector = isa == Isa::Avx512 && o.threads == 1;
-    let mut twin = if vector {
-        twin::Twin::new(o.n, case, traversal, &by_hand, &s)
-    } else {
-        None
+    // Values of the reference stage, so that only the two timed sweeps differ.
+    let sums = match by_hand.named("reference") {
+        Some(values) => Sums::Lps([values[0].clone(), values[1].clone()]),
+        None => Sums::Pmb(case.body_params[0]),
+    };
+    let mut twin = match vector {
+        true => Twin::new(body, &sums, S0, &by_hand, &s),
+        false => None,
     };
     let mut best = [f64::INFINITY; 5];
     for repeat in 0..o.repeats {
@@ -158,8 +166,8 @@ fn measure(o: &Options, body: &Body, case: &Case, traversal: Traversal, isa: Isa
     let mut equal = generated.force() == interpreted.force();
     let mut apart = String::from("-");
     if let Some(twin) = &twin {
-        equal &= twin.distance(&by_hand, body) == 0.0;
-        apart = format!("{:.0e}", twin.distance(&generated, body));
+        equal &= twin.distance(&by_hand) == 0.0;
+        apart = format!("{:.0e}", twin.distance(&generated));
     }
     let bonds = generated.report().bonds as f64;
     let column = |ns: f64| {
@@ -187,132 +195,4 @@ fn time(e: &mut Engine, s: &mut State, breaking: Breaking) -> f64 {
     let start = cpu();
     e.forces(s, breaking);
     (cpu() - start).as_nanos() as f64
-}
-
-/// CPU time of the process: other programs on the machine do not count.
-#[cfg(target_os = "linux")]
-fn cpu() -> Duration {
-    #[repr(C)]
-    struct Time {
-        seconds: i64,
-        nanoseconds: i64,
-    }
-    unsafe extern "C" {
-        fn clock_gettime(clock: i32, time: *mut Time) -> i32;
-    }
-    const PROCESS: i32 = 2;
-    let mut t = Time {
-        seconds: 0,
-        nanoseconds: 0,
-    };
-    // SAFETY: the C library's function fills the two numbers.
-    unsafe { clock_gettime(PROCESS, &mut t) };
-    Duration::new(t.seconds as u64, t.nanoseconds as u32)
-}
-
-#[cfg(not(target_os = "linux"))]
-fn cpu() -> Duration {
-    static START: std::sync::OnceLock<std::time::Instant> = std::sync::OnceLock::new();
-    START.get_or_init(std::time::Instant::now).elapsed()
-}
-
-#[cfg(target_arch = "x86_64")]
-mod twin {
-    use super::*;
-    use pdlang_tests::twins::{cloud, lattice};
-
-    pub enum Twin {
-        Lattice(bool, Box<lattice::Twin>),
-        Cloud(bool, Box<cloud::Twin>),
-    }
-
-    impl Twin {
-        pub fn new(
-            n: u32,
-            case: &Case,
-            traversal: Traversal,
-            e: &Engine,
-            s: &State,
-        ) -> Option<Twin> {
-            let (pmb, n) = (case.name == "pmb", n as usize);
-            let c = if pmb { case.body_params[0] } else { 0.0 };
-            // Values of the reference stage, so that only the two timed sweeps differ.
-            let start = e.named("reference");
-            let fill = |a: &mut [Vec<f64>; 3],
-                        b: &mut Vec<f64>,
-                        q: &mut Vec<f64>,
-                        to: &dyn Fn(usize) -> usize| {
-                for node in 0..n * n * n {
-                    for k in 0..3 {
-                        a[k][to(node)] = s.u[k][e.slot(node)];
-                    }
-                    if let Some(start) = &start {
-                        b[to(node)] = start[0][node];
-                        q[to(node)] = start[1][node];
-                    }
-                }
-            };
-            Some(match traversal {
-                Traversal::Cloud => {
-                    let mut t = cloud::Twin::new(n, e.slots(), e.len(), c, S0);
-                    fill(&mut t.u, &mut t.b, &mut t.q, &|node| e.slot(node));
-                    Twin::Cloud(pmb, Box::new(t))
-                }
-                _ => {
-                    let mut t = lattice::Twin::new(n, c, S0);
-                    let slots: Vec<usize> = (0..n * n * n)
-                        .map(|i| t.slot([i % n, i / n % n, i / n / n]))
-                        .collect();
-                    fill(&mut t.u, &mut t.b, &mut t.q, &|node| slots[node]);
-                    Twin::Lattice(pmb, Box::new(t))
-                }
-            })
-        }
-
-        pub fn run(&mut self) {
-            match self {
-                Twin::Lattice(true, t) => t.pmb(),
-                Twin::Lattice(false, t) => t.lps(),
-                Twin::Cloud(true, t) => t.pmb(),
-                Twin::Cloud(false, t) => t.lps(),
-            }
-        }
-
-        /// Largest difference to the forces of an engine, relative to the largest force.
-        pub fn distance(&self, e: &Engine, body: &Body) -> f64 {
-            let n = (body.x.len() as f64).cbrt().round() as usize;
-            let (mut miss, mut size) = (0.0f64, 0.0f64);
-            for node in 0..body.x.len() {
-                for a in 0..3 {
-                    let f = match self {
-                        Twin::Lattice(_, t) => {
-                            t.f[a][t.slot([node % n, node / n % n, node / n / n])]
-                        }
-                        Twin::Cloud(_, t) => t.f[a][e.slot(node)],
-                    };
-                    miss = miss.max((f - e.force()[a][e.slot(node)]).abs());
-                    size = size.max(f.abs());
-                }
-            }
-            miss / size
-        }
-    }
-}
-
-#[cfg(not(target_arch = "x86_64"))]
-mod twin {
-    use super::*;
-
-    /// No twin on this processor.
-    pub enum Twin {}
-
-    impl Twin {
-        pub fn new(_: u32, _: &Case, _: Traversal, _: &Engine, _: &State) -> Option<Twin> {
-            None
-        }
-        pub fn run(&mut self) {}
-        pub fn distance(&self, _: &Engine, _: &Body) -> f64 {
-            0.0
-        }
-    }
 }

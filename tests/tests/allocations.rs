@@ -1,7 +1,7 @@
 //! A step allocates nothing, also while bonds break.
+use pdlang_models::bench::scene;
 use pdlang_models::registry;
 use pdlang_runtime::engine::{Breaking, Isa, Traversal};
-use pdlang_tests::twins::scene;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
@@ -42,7 +42,8 @@ fn a_step_allocates_nothing() {
                 let law = registry::find(name)
                     .and_then(|e| e.compiled(3))
                     .expect("a law of the catalogue");
-                let mut e = scene::engine(&body, law, params, traversal, Isa::best());
+                let mut e = scene::engine(&body, law, params, traversal, Isa::best())
+                    .expect("a valid scene");
                 let mut s = scene::displaced(&e, &body);
                 let du = s.u.clone();
                 let before = COUNT.get();

@@ -1,8 +1,9 @@
 //! The same sums four ways, bit by bit: tapes, bodies in the runtime's traversals, intrinsics from end to end.
+use pdlang_models::bench::scene;
 use pdlang_runtime::engine::{Breaking, Engine, Isa, Law, State, Traversal};
 use pdlang_runtime::kernel::CompiledKernel;
 use pdlang_runtime::spec::Spec;
-use pdlang_tests::twins::{bodies, scene, tapes};
+use pdlang_tests::twins::{bodies, tapes};
 
 /// Not a multiple of eight, so that chunks have empty lanes.
 const N: u32 = 13;
@@ -23,7 +24,7 @@ fn agree(spec: Spec, kernel: &'static CompiledKernel, params: Vec<f64>) {
                     spec: spec.clone(),
                     kernel,
                 };
-                scene::engine(&body, law, params.clone(), traversal, isa)
+                scene::engine(&body, law, params.clone(), traversal, isa).expect("a valid scene")
             };
             let (mut compiled, mut interpreted) = (make(Some(kernel)), make(None));
             let (mut s, mut t) = (
@@ -57,7 +58,7 @@ fn lps_compiled_is_lps_interpreted() {
 #[cfg(target_arch = "x86_64")]
 #[test]
 fn intrinsics_give_the_same_bits() {
-    use pdlang_tests::twins::{cloud, lattice};
+    use pdlang_models::bench::{cloud, lattice};
     if !Isa::Avx512.available() {
         return;
     }
@@ -69,13 +70,14 @@ fn intrinsics_give_the_same_bits() {
             spec: tapes::pmb(),
             kernel: Some(&bodies::PMB),
         };
-        let mut e = scene::engine(&body, law, params.clone(), traversal, Isa::Avx512);
+        let mut e = scene::engine(&body, law, params.clone(), traversal, Isa::Avx512)
+            .expect("a valid scene");
         let mut s = scene::displaced(&e, &body);
         let (_, f) = run(&mut e, &mut s);
         let own = |node: usize, a: usize| f[a][e.slot(node)];
         let u = |node: usize, a: usize| s.u[a][e.slot(node)];
         let mut on_lattice = lattice::Twin::new(n, params[0], params[1]);
-        let mut in_cloud = cloud::Twin::new(n, e.slots(), e.len(), params[0], params[1]);
+        let mut in_cloud = cloud::Twin::new(&body.x, e.slots(), e.len(), params[0], params[1]);
         let slots: Vec<usize> = (0..n * n * n)
             .map(|i| match traversal {
                 Traversal::Cloud => e.slot(i),

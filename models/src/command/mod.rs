@@ -3,6 +3,7 @@
 //! 0: done. 1: the input is wrong (a scene, a law, a file). 2: the command line is wrong. 3: the run went
 //! unstable or could not go on. 130: the user stopped it.
 
+mod bench;
 mod check;
 mod emit;
 mod fmt;
@@ -82,6 +83,7 @@ fn cli() -> Command {
         .subcommand(models::command())
         .subcommand(emit::command())
         .subcommand(fmt::command())
+        .subcommand(bench::command())
 }
 
 fn dispatch(matches: &ArgMatches) -> Outcome {
@@ -92,6 +94,7 @@ fn dispatch(matches: &ArgMatches) -> Outcome {
         Some(("models", m)) => models::execute(m),
         Some(("emit", m)) => emit::execute(m),
         Some(("fmt", m)) => fmt::execute(m),
+        Some(("bench", m)) => bench::execute(m),
         // The parser has refused everything else.
         _ => Ok(()),
     }

@@ -25,7 +25,7 @@ pub struct Twin {
     bits: Vec<u8>,
     pub u: [Vec<f64>; 3],
     pub f: [Vec<f64>; 3],
-    /// LPS: A = (3K - 5G) theta / m, B = 15 G / m, q = 9 (3K - 5G) / m^2.
+    /// LPS: A = (3K - 5G) theta / m, B = 15 G / m, q = 3 (3K - 5G) / m^2.
     pub a: Vec<f64>,
     pub b: Vec<f64>,
     pub q: Vec<f64>,

@@ -5,8 +5,10 @@ use super::scene::{DX, HORIZON};
 use std::arch::x86_64::*;
 
 const AHEAD: usize = 24;
+/// Cells to the farthest in which a neighbour may be: nodes are less than (REACH + 1 - HORIZON/DX)/2 from their centres.
+const REACH: usize = 3;
 
-/// The scene as neighbour lists over slots in a given order.
+/// A cube of nodes, a cell each, as neighbour lists over slots in a given order.
 pub struct Twin {
     /// Columns `start[c]..start[c + 1]` of the block of nodes 8 c ..
     start: Vec<usize>,
@@ -26,8 +28,10 @@ pub struct Twin {
 }
 
 impl Twin {
-    /// `slot`: slot of node (i, j, k) at i + n (j + n k); `len`: length of node arrays.
-    pub fn new(n: usize, slot: &[u32], len: usize, c: f64, s0: f64) -> Twin {
+    /// `nodes`: positions, of node (i, j, k) at i + n (j + n k), less than 0.49 spacings from its cell's centre in each direction; `slot`:
+    /// their slots; `len`: length of node arrays.
+    pub fn new(nodes: &[[f64; 3]], slot: &[u32], len: usize, c: f64, s0: f64) -> Twin {
+        let n = (nodes.len() as f64).cbrt().round() as usize;
         assert!(is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq"));
         let zero = || vec![0.0; len];
         let mut t = Twin {
@@ -52,12 +56,12 @@ impl Twin {
         for (node, &s) in slot.iter().enumerate() {
             cell[s as usize] = [node % n, node / n % n, node / n / n];
             for a in 0..3 {
-                t.x[a][s as usize] = cell[s as usize][a] as f64 * DX;
+                t.x[a][s as usize] = nodes[node][a];
             }
         }
         pack(&t.x, &mut t.x_records);
         for block in cell.chunks(8).enumerate() {
-            t.block(n, slot, block.0 * 8, block.1, c, s0);
+            t.block(n, nodes, slot, block.0 * 8, block.1, c, s0);
         }
         t
     }
@@ -65,6 +69,7 @@ impl Twin {
     fn block(
         &mut self,
         n: usize,
+        nodes: &[[f64; 3]],
         slot: &[u32],
         first: usize,
         cells: &[[usize; 3]],
@@ -73,7 +78,7 @@ impl Twin {
     ) {
         let lists: Vec<Vec<u32>> = cells
             .iter()
-            .map(|&cell| neighbours(n, slot, cell))
+            .map(|&cell| neighbours(n, nodes, slot, cell))
             .collect();
         let columns = lists.iter().map(Vec::len).max().unwrap_or(0);
         for column in 0..columns {
@@ -229,19 +234,19 @@ impl Twin {
 }
 
 /// Slots within the horizon, ascending.
-fn neighbours(n: usize, slot: &[u32], cell: [usize; 3]) -> Vec<u32> {
+fn neighbours(n: usize, nodes: &[[f64; 3]], slot: &[u32], cell: [usize; 3]) -> Vec<u32> {
     let mut list = vec![];
-    let range = |c: usize| c.saturating_sub(3)..(c + 4).min(n);
+    let node = |[i, j, k]: [usize; 3]| i + n * (j + n * k);
+    let here = node(cell);
+    let range = |c: usize| c.saturating_sub(REACH)..(c + REACH + 1).min(n);
     for k in range(cell[2]) {
         for j in range(cell[1]) {
             for i in range(cell[0]) {
-                let d = [i, j, k]
-                    .iter()
-                    .zip(cell)
-                    .map(|(a, b)| (*a as f64 - b as f64).powi(2))
-                    .sum::<f64>();
-                if d > 0.0 && d.sqrt() * DX <= HORIZON {
-                    list.push(slot[i + n * (j + n * k)]);
+                let there = node([i, j, k]);
+                let square = |a: usize| (nodes[there][a] - nodes[here][a]).powi(2);
+                let distance = (square(0) + square(1) + square(2)).sqrt();
+                if there != here && distance <= HORIZON {
+                    list.push(slot[there]);
                 }
             }
         }

@@ -1,6 +1,7 @@
-//! The scene of every kernel measurement: a cubic lattice of n^3 nodes, horizon 3.015 dx.
+//! The scene of every kernel measurement: a cubic lattice of n^3 nodes, horizon 3.015 dx. It is the same to the bit
+//! wherever it is made.
 use pdlang_runtime::body::{Body, Flavour, Grid};
-use pdlang_runtime::engine::{Engine, Isa, Law, Settings, State, Traversal};
+use pdlang_runtime::engine::{Engine, Isa, Law, Settings, SetupError, State, Traversal};
 use pdlang_runtime::spec::InfluenceSpec;
 
 /// Lattice constant [m], horizon [m].
@@ -49,12 +50,41 @@ pub fn body(n: u32) -> Body {
     }
 }
 
+/// The same without a grid, every node moved by up to `amplitude` spacings in each direction.
+pub fn jittered(n: u32, amplitude: f64) -> Body {
+    let mut body = body(n);
+    body.grid = None;
+    for (node, x) in body.x.iter_mut().enumerate() {
+        for (a, x) in x.iter_mut().enumerate() {
+            *x += amplitude * DX * signed(3 * node as u64 + a as u64);
+        }
+    }
+    body
+}
+
+/// In [-1, 1), of chance (SplitMix64: Steele, Lea and Flood 2014).
+fn signed(seed: u64) -> f64 {
+    let mut z = (seed + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+}
+
 /// The law on the scene, with the default influence functions of the law.
-pub fn engine(body: &Body, law: Law, params: Vec<f64>, traversal: Traversal, isa: Isa) -> Engine {
-    let influence = |i: &InfluenceSpec| (i.default.clone().expect("the law has a default"), vec![]);
+///
+/// # Errors
+/// As [`Engine::new`]; a scene too large for the memory is one.
+pub fn engine(
+    body: &Body,
+    law: Law,
+    params: Vec<f64>,
+    traversal: Traversal,
+    isa: Isa,
+) -> Result<Engine, SetupError> {
+    let influence = |i: &InfluenceSpec| i.default.clone().map(|default| (default, vec![]));
     let settings = Settings {
         materials: vec![params],
-        influences: law.spec.influences.iter().map(influence).collect(),
+        influences: law.spec.influences.iter().filter_map(influence).collect(),
         horizon: vec![HORIZON],
         horizon_levels: 64,
         partial_volume: true,
@@ -63,7 +93,7 @@ pub fn engine(body: &Body, law: Law, params: Vec<f64>, traversal: Traversal, isa
         traversal,
         isa: Some(isa),
     };
-    Engine::new(body, law, settings).expect("the scene is valid")
+    Engine::new(body, law, settings)
 }
 
 /// A smooth displacement of about 1e-2 dx with some noise, so that no two bonds are alike.

@@ -1,0 +1,278 @@
+//! `pdlang bench kernels`: what a bond costs in the catalogue's kernels, beside loops written by hand.
+
+use std::io::{IsTerminal, stderr};
+use std::time::Duration;
+
+use clap::builder::PossibleValuesParser;
+use clap::{Arg, ArgMatches, Command, value_parser};
+use indicatif::{ProgressBar, ProgressStyle};
+use pdlang_models::bench::clock::cpu;
+use pdlang_models::bench::scene;
+use pdlang_models::bench::twin::{Sums, Twin};
+use pdlang_models::registry;
+use pdlang_runtime::body::Body;
+use pdlang_runtime::engine::{Breaking, Engine, Isa, State, Traversal};
+use serde_json::{Value, json};
+
+use super::models::json_flag;
+use super::run::{threads, threads_argument};
+use super::table::Table;
+use super::{Failure, Outcome, input_error};
+
+/// Far above any stretch of the scene: bonds are tested, none breaks.
+const S0: f64 = 0.5;
+/// Forces of a kernel and of its twin are farther apart than rounding makes them.
+const APART: f64 = 1e-9;
+/// Of the nodes of a jittered cloud, in every direction, in spacings.
+const JITTER: f64 = 0.2;
+
+const LAWS: [&str; 4] = ["pmb", "lps", "heat", "correspondence_stabilised"];
+const COLUMNS: [&str; 11] = [
+    "law",
+    "body",
+    "dimension",
+    "traversal",
+    "isa",
+    "precision",
+    "threads",
+    "ns_per_bond",
+    "twin_ns_per_bond",
+    "wall_ns_per_bond",
+    "bytes_per_bond",
+];
+
+pub fn command() -> Command {
+    let kernels = Command::new("kernels")
+        .about("Time the kernels of some laws on a cube of nodes with the horizon 3.015 dx")
+        .arg(
+            Arg::new("size")
+                .long("size")
+                .value_name("N")
+                .value_parser(value_parser!(u32).range(4..=400))
+                .default_value("50")
+                .help("Nodes along an edge of the cube"),
+        )
+        .arg(
+            Arg::new("repeats")
+                .long("repeats")
+                .value_name("N")
+                .value_parser(value_parser!(u32).range(1..))
+                .default_value("15")
+                .help("Force evaluations, of which the quickest counts"),
+        )
+        .arg(
+            threads_argument()
+                .default_value("1")
+                .help("Number of threads; twins run on one only"),
+        )
+        .arg(
+            Arg::new("isa")
+                .long("isa")
+                .value_name("NAME")
+                .value_parser(PossibleValuesParser::new(Isa::ALL.map(Isa::name)))
+                .help("Instruction set [default: the best that the processor has]"),
+        )
+        .arg(json_flag())
+        .after_help(
+            "Per directed bond and force evaluation: CPU time of all threads (`ns_per_bond`), that of the same sums\n\
+             written by hand for one thread of AVX-512 (`twin_ns_per_bond`), time that passes (`wall_ns_per_bond`)\n\
+             and memory beside that of the nodes (`bytes_per_bond`). Bodies: a lattice, the same walked as a cloud,\n\
+             and one whose nodes are moved by up to 0.2 dx in every direction.",
+        );
+    Command::new("bench")
+        .about("Measure speed")
+        .subcommand_required(true)
+        .arg_required_else_help(true)
+        .disable_help_subcommand(true)
+        .subcommand(kernels)
+}
+
+pub fn execute(matches: &ArgMatches) -> Outcome {
+    match matches.subcommand() {
+        Some(("kernels", matches)) => kernels(matches),
+        // The parser has refused everything else.
+        _ => Ok(()),
+    }
+}
+
+/// What the command line says.
+struct Options {
+    repeats: u32,
+    threads: u32,
+    isa: Isa,
+}
+
+fn kernels(matches: &ArgMatches) -> Outcome {
+    threads(matches)?;
+    let number = |name: &str| matches.get_one::<u32>(name).copied().unwrap_or(1);
+    let options = Options {
+        repeats: number("repeats"),
+        threads: number("threads"),
+        isa: instruction_set(matches)?,
+    };
+    let n = number("size");
+    let lattice = scene::body(n);
+    let jittered = scene::jittered(n, JITTER);
+    let bodies = [
+        ("lattice", &lattice, Traversal::Lattice),
+        ("cloud", &lattice, Traversal::Cloud),
+        ("jittered", &jittered, Traversal::Cloud),
+    ];
+    let bar = progress(LAWS.len() * bodies.len());
+    let mut table = Table::new(&COLUMNS);
+    for law in LAWS {
+        for (name, body, traversal) in bodies {
+            bar.set_message(format!("{law}, {name}"));
+            // On a thread of the pool, as a run is.
+            table.row(rayon::scope(|_| row(law, name, body, traversal, &options))?);
+            bar.inc(1);
+        }
+    }
+    bar.finish_and_clear();
+    table.print(matches.get_flag("json"));
+    Ok(())
+}
+
+fn instruction_set(matches: &ArgMatches) -> Result<Isa, Failure> {
+    let name = matches.get_one::<String>("isa");
+    let named = name.and_then(|name| Isa::ALL.into_iter().find(|isa| isa.name() == name));
+    let isa = named.unwrap_or_else(Isa::best);
+    match isa.available() {
+        true => Ok(isa),
+        false => Err(input_error(
+            format!("this processor does not have {}", isa.name()),
+            format!("leave `--isa` out for {}", Isa::best().name()),
+        )),
+    }
+}
+
+/// A bar on a terminal, nothing elsewhere.
+fn progress(rows: usize) -> ProgressBar {
+    if !stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::new(rows as u64);
+    if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len}, {msg}") {
+        bar.set_style(style);
+    }
+    bar
+}
+
+/// The quickest evaluation.
+struct Best {
+    cpu: Duration,
+    wall: Duration,
+}
+
+impl Best {
+    const NONE: Best = Best {
+        cpu: Duration::MAX,
+        wall: Duration::MAX,
+    };
+
+    fn time(&mut self, act: impl FnOnce()) {
+        let (wall, before) = (std::time::Instant::now(), cpu());
+        act();
+        self.cpu = self.cpu.min(cpu() - before);
+        self.wall = self.wall.min(wall.elapsed());
+    }
+}
+
+fn row(
+    law: &str,
+    name: &str,
+    body: &Body,
+    traversal: Traversal,
+    o: &Options,
+) -> Result<Vec<Value>, Failure> {
+    let mut engine = engine(law, body, traversal, o.isa)?;
+    let mut state = scene::displaced(&engine, body);
+    warm(&engine, body, &mut state);
+    // Also what a step takes from families: the weighted volume.
+    engine.forces(&mut state, Breaking::Armed);
+    let alone = o.isa == Isa::Avx512 && o.threads == 1;
+    let sums = sums(law, &engine).filter(|_| alone);
+    let mut twin = sums.and_then(|sums| Twin::new(body, &sums, S0, &engine, &state));
+    let (mut generated, mut by_hand) = (Best::NONE, Best::NONE);
+    for _ in 0..o.repeats {
+        generated.time(|| {
+            engine.forces(&mut state, Breaking::Armed);
+        });
+        if let Some(twin) = &mut twin {
+            by_hand.time(|| twin.run());
+        }
+    }
+    let apart = twin.as_ref().map_or(0.0, |twin| twin.distance(&engine));
+    if apart.is_nan() || apart > APART {
+        return Err(Failure::Run(format!(
+            "error: {law} and its twin on the {name} differ by {apart:.1e} of the largest force"
+        )));
+    }
+    let report = engine.report();
+    let per_bond = |time: Duration| rounded(time.as_nanos() as f64 / report.bonds as f64);
+    Ok(vec![
+        json!(law),
+        json!(name),
+        json!(engine.spec().dim),
+        json!(report.traversal),
+        json!(report.isa.name()),
+        json!("f64"),
+        json!(o.threads),
+        json!(per_bond(generated.cpu)),
+        json!(twin.map(|_| per_bond(by_hand.cpu))),
+        json!(per_bond(generated.wall)),
+        json!(rounded(report.bond_bytes as f64 / report.bonds as f64)),
+    ])
+}
+
+fn rounded(value: f64) -> f64 {
+    (value * 1e3).round() / 1e3
+}
+
+fn engine(law: &str, body: &Body, traversal: Traversal, isa: Isa) -> Result<Engine, Failure> {
+    let compiled = registry::find(law).and_then(|entry| entry.compiled(3));
+    let law = compiled.ok_or_else(|| Failure::plain(format!("{law} is not compiled")))?;
+    let params = law.spec.params.iter().map(|p| parameter(&p.name)).collect();
+    scene::engine(body, law, params, traversal, isa).map_err(Failure::plain)
+}
+
+/// By the names that the laws have for them: glass, in SI.
+fn parameter(name: &str) -> f64 {
+    match name {
+        "K" => scene::K,
+        "G" => scene::G,
+        "E" => 9.0 * scene::K * scene::G / (3.0 * scene::K + scene::G),
+        "nu" => (3.0 * scene::K - 2.0 * scene::G) / (6.0 * scene::K + 2.0 * scene::G),
+        "s0" => S0,
+        "density" => 2440.0,
+        "cv" => 840.0,
+        // Conductivity, factor of the stabilisation.
+        _ => 1.0,
+    }
+}
+
+/// Temperatures that differ from bond to bond.
+fn warm(engine: &Engine, body: &Body, state: &mut State) {
+    for slot in engine.state_slots("T").unwrap_or_default() {
+        for (i, x) in body.x.iter().enumerate() {
+            state.slots[slot][engine.slot(i)] = scene::displacement(*x, 0) / scene::DX;
+        }
+    }
+}
+
+/// The sums of the laws that have a twin, after their forces were evaluated.
+fn sums(law: &str, engine: &Engine) -> Option<Sums> {
+    match law {
+        "pmb" => Some(Sums::Pmb(scene::pmb_params(S0)[0])),
+        "lps" => {
+            let m = engine.named("m")?.swap_remove(0);
+            let bulk = 3.0 * scene::K - 5.0 * scene::G;
+            let of = |f: &dyn Fn(f64) -> f64| m.iter().map(|m| f(*m)).collect();
+            Some(Sums::Lps([
+                of(&|m| 15.0 * scene::G / m),
+                of(&|m| 3.0 * bulk / m / m),
+            ]))
+        }
+        _ => None,
+    }
+}
