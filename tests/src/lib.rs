@@ -9,6 +9,7 @@ pub mod canaries;
 pub mod laws;
 #[cfg(target_arch = "x86_64")]
 pub mod machine;
+pub mod materials;
 pub mod naive;
 pub mod plain;
 pub mod pulse;
