@@ -17,6 +17,7 @@ mod program;
 mod redo;
 mod run;
 mod setup;
+mod sleep;
 #[cfg(test)]
 pub(crate) mod tests;
 
@@ -193,6 +194,7 @@ pub struct Engine {
     /// Bonds broken by the running sweep, per chunk.
     broken: Vec<u32>,
     redo: redo::Redo,
+    sleep: sleep::Sleep,
 }
 
 /// What belongs to the bonds of one family besides the family itself.
@@ -295,7 +297,10 @@ impl Engine {
             if self.programs[k].stage != Stage::Step || !self.needs.includes(k, need) {
                 continue;
             }
-            if breaking == Breaking::Armed && self.programs[k].kills {
+            let armed = breaking == Breaking::Armed && self.programs[k].kills;
+            let chunks = self.layout.chunks();
+            self.sleep.count(k, armed, chunks);
+            if armed {
                 self.run_armed(k, s);
                 broken += self.after_breaking(k, s);
             } else {
@@ -419,6 +424,7 @@ impl Engine {
                 _ => self.run_all(k, s),
             }
         }
+        self.wake_by_histories(s);
         self.swap_histories(s);
         self.replace_velocities(s);
         broken

@@ -224,6 +224,7 @@ impl Simulation {
         crate::observe::check(&simulation)?;
         simulation.timings.setup = began.elapsed().as_secs_f64();
         simulation.choose_step()?;
+        simulation.engine.sleep(true);
         Ok(simulation)
     }
 
@@ -364,6 +365,9 @@ impl Simulation {
         // Inside a sphere a node deeper than the horizon has left its family: contact has failed before.
         let bound = |i: &Indenter| i.stiffness_bound(self.reach, self.density.least());
         let contact = self.indenters.iter().map(bound).sum();
+        // What is asked of the engine here is no motion of the body.
+        let sleeps = self.engine.sleeps();
+        self.engine.sleep(false);
         let stable = stable_step(
             &mut self.engine,
             &self.spec,
@@ -372,6 +376,7 @@ impl Simulation {
             contact,
             safety,
         );
+        self.engine.sleep(sleeps);
         self.timings.stable_step += began.elapsed().as_secs_f64();
         stable
     }

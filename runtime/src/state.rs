@@ -30,6 +30,9 @@ pub struct FamilyState {
     /// Differs whenever `intact` may differ, so that an engine knows when what it derived is stale.
     #[serde(skip, default = "fresh")]
     pub(crate) stamp: u64,
+    /// Differs whenever `history` may differ. Call [`FamilyState::remember`] after changing it by hand.
+    #[serde(skip, default = "fresh")]
+    pub(crate) memory: u64,
 }
 
 impl PartialEq for FamilyState {
@@ -44,12 +47,18 @@ impl FamilyState {
             intact,
             history,
             stamp: fresh(),
+            memory: fresh(),
         }
     }
 
     /// Says that `intact` was changed.
     pub fn touch(&mut self) {
         self.stamp = fresh();
+    }
+
+    /// Says that `history` was changed.
+    pub fn remember(&mut self) {
+        self.memory = fresh();
     }
 }
 

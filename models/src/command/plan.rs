@@ -34,6 +34,8 @@ pub fn execute(matches: &ArgMatches) -> Outcome {
     let scene = read(&path)?;
     let mut simulation = scene.simulation().map_err(wrong)?;
     let mut plan = statement::of(&scene, &simulation);
+    // An evaluation that repeats another one would find everything asleep.
+    simulation.engine.sleep(false);
     // On a thread of the pool, as a run is.
     let per_force = rayon::scope(|_| seconds(&mut simulation, Need::All));
     // A step of the fields asks for their rates at every stage, the first of which the forces may have brought.

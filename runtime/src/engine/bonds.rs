@@ -61,6 +61,7 @@ impl Engine {
         for (bonds, armed) in self.bonds.iter_mut().zip(planes) {
             bonds.armed = armed;
         }
+        self.sleep.forget();
     }
 
     /// 1 - (volume behind intact bonds) / (volume of the reference family), of the whole horizon; user order.

@@ -188,6 +188,7 @@ impl Engine {
             places.push(Places::new(&self.layout, &self.arrays[a]));
         }
         self.parts.places = places;
+        self.sleep.forget();
         if let Some(stray) = self.stray(s) {
             self.parts.places = vec![];
             return Err(stray);

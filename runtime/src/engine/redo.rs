@@ -85,6 +85,9 @@ impl Engine {
             if self.redo.needed {
                 self.repeat(k, s);
             }
+            let list = std::mem::take(&mut self.redo.list);
+            self.wake(&list);
+            self.redo.list = list;
         }
         total
     }

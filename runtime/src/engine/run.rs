@@ -1,6 +1,5 @@
 //! Running sweeps: addresses into a call, chunks over threads.
 use super::geometry::Geometry;
-use super::program::Program;
 use super::{Engine, Home, State};
 use crate::kernel::Run;
 use crate::lane::Record;
@@ -8,6 +7,7 @@ use crate::layout::Shape;
 use crate::spec::{SlotKind, Stage};
 use crate::traverse::{CHUNK, Call, MAX_GEOMETRY, MAX_HISTORIES, MAX_SLOTS};
 use rayon::prelude::*;
+use std::ops::Range;
 use std::ptr::{null, null_mut};
 
 /// Rows of a task: tens of microseconds, so that handing it out costs nothing.
@@ -33,7 +33,8 @@ impl Engine {
         } else {
             &bonds.whole_intact
         };
-        self.over_chunks(p, &call, whole);
+        self.over_chunks(k, &call, whole, false);
+        self.sleep.ran(k, false);
         self.refresh_outputs(k);
     }
 
@@ -49,7 +50,8 @@ impl Engine {
         }
         call.broken = self.broken.as_mut_ptr();
         call.bits = s.families[family].intact.as_mut_ptr();
-        self.over_chunks(&self.programs[k], &call, &[]);
+        self.over_chunks(k, &call, &[], true);
+        self.sleep.ran(k, true);
         self.refresh_outputs(k);
     }
 
@@ -68,11 +70,23 @@ impl Engine {
     }
 
     /// `whole`: one byte per chunk, 1 where the instance without masks may run; empty: nowhere.
-    fn over_chunks(&self, p: &Program, call: &Call, whole: &[u8]) {
-        let chunks = self.layout.chunks();
+    fn over_chunks(&self, k: usize, call: &Call, whole: &[u8], armed: bool) {
+        let (p, chunks) = (&self.programs[k], self.layout.chunks());
         let rows = self.families[p.family].present.len() / chunks.max(1);
         let grain = (ROWS_PER_TASK / (rows + 8)).clamp(1, 512);
         let tasks = chunks.div_ceil(grain);
+        if let Some(awake) = self.sleep.stretches(k, armed) {
+            // SAFETY: as below.
+            let one = |r: &Range<usize>| unsafe {
+                self.by_places(p, call, whole, (r.start, r.end));
+            };
+            if awake.len() > 1 && rayon::current_num_threads() > 1 {
+                awake.par_iter().for_each(one);
+            } else {
+                awake.iter().for_each(one);
+            }
+            return;
+        }
         // SAFETY: the instances were chosen for this processor and this traversal.
         let task = |t: usize| unsafe {
             let from = t * grain;
@@ -212,8 +226,9 @@ impl Engine {
         }
     }
 
-    /// The time step as a node slot, and displacements as the cloud traversal reads them.
+    /// What has changed is found; the time step becomes a node slot, displacements are made as the cloud traversal reads them.
     pub(super) fn pack(&mut self, s: &State) {
+        self.stir(s);
         for (slot, home) in self.spec.slots.iter().zip(&self.homes) {
             if let (SlotKind::TimeStep, Home::Array(a)) = (slot.kind, home)
                 && self.arrays[*a].first() != Some(&s.dt)
@@ -230,6 +245,16 @@ impl Engine {
                 *to = u[slot];
             }
         };
+        if let Some(awake) = self.sleep.to_pack() {
+            let base = |chunk| self.layout.base[chunk] as usize;
+            let own = awake.iter().cloned().flatten();
+            let own = own.flat_map(|chunk| base(chunk)..base(chunk) + CHUNK);
+            let ghosts = self.layout.ghosts.to.iter().map(|slot| *slot as usize);
+            own.chain(ghosts)
+                .for_each(|slot| one((slot, &mut self.u_records[slot])));
+            return;
+        }
+        self.sleep.packed();
         if rayon::current_num_threads() > 1 {
             self.u_records
                 .par_iter_mut()
@@ -283,6 +308,7 @@ impl Engine {
                 );
             }
         }
+        self.remember(s);
         for h in &self.spec.histories {
             let Some((committed, next)) = h.slot else {
                 continue;

@@ -6,6 +6,7 @@ use super::needs::Needs;
 use super::parts::Parts;
 use super::program::{Choice, Program, programs};
 use super::redo::Redo;
+use super::sleep::Sleep;
 use super::{BondData, Engine, Home, Isa, Law, Settings, SetupError, Traversal, check, memory};
 use crate::body::Body;
 use crate::lane::Record;
@@ -267,6 +268,7 @@ fn assemble(
         arrays: (0..arrays).map(|_| vec![0.0; layout.len]).collect(),
         broken: vec![0; layout.chunks()],
         needs: Needs::of(&spec),
+        sleep: Sleep::new(&spec, &programs, &homes),
         spec,
         isa,
         lattice,

@@ -48,6 +48,8 @@ pub struct Summary {
     pub ns_per_bond: f64,
     pub last: Row,
     pub contact: Vec<Reaction>,
+    /// The part of the force evaluations that was left out because nothing had changed there.
+    pub slept: f64,
     /// What this run did not need and did not compute.
     pub left_out: Vec<String>,
     /// Set when the run stopped early.
@@ -106,6 +108,7 @@ impl Summary {
             },
             last: sim.row.clone(),
             contact: sim.contact.reactions(),
+            slept: sim.engine.slept(),
             left_out: left_out(sim),
             stopped: stopped.map(Stopped::to_string),
         }

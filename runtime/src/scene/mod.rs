@@ -57,6 +57,8 @@ pub struct Scene {
     pub indenters: Vec<Indenter>,
     pub end: End,
     pub step: StepRule,
+    /// Whether sweeps may leave out the chunks in which nothing changes.
+    pub sleep: bool,
     pub outputs: Outputs,
     /// Whether a table of all nodes (position, displacement, force, energy) is written at the end.
     pub node_table: bool,
@@ -164,7 +166,7 @@ fn read(root: Section<'_>, name: String, source: Source) -> Option<Scene> {
     let output = output.unwrap_or_else(|| Section::new(reader, "[output]", 0..0, &[]));
     let output = output::read(output, spec, time.map(|t| t.0));
 
-    let (end, step) = time?;
+    let (end, step, sleep) = time?;
     let (outputs, nodes_asked) = output?;
     Some(Scene {
         title: title.unwrap_or_else(|| name.clone()),
@@ -179,6 +181,7 @@ fn read(root: Section<'_>, name: String, source: Source) -> Option<Scene> {
         indenters: indenters?,
         end,
         step,
+        sleep,
         outputs,
         // Forces that are evaluated once are there to be compared.
         node_table: nodes_asked || end == End::Steps(0),

@@ -50,7 +50,9 @@ impl Scene {
     /// # Errors
     /// As [`Scene::setup`], and whatever the body and the law do not allow together.
     pub fn simulation(&self) -> Result<Simulation, Problems> {
-        Simulation::new(self.setup()?).map_err(|e| self.problem(e))
+        let mut simulation = Simulation::new(self.setup()?).map_err(|e| self.problem(e))?;
+        simulation.engine.sleep(self.sleep);
+        Ok(simulation)
     }
 
     /// How the engine is to be built. Where nodes have their own horizon, that of their material is the spacing.

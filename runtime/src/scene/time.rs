@@ -1,16 +1,17 @@
-//! `[time]`: the end of a run and its step.
+//! `[time]`: the end of a run, its step, and whether it may leave out what does not change.
 
 use super::problem::Problem;
 use super::section::Section;
 use crate::language::dimension::{NUMBER, TIME};
 use crate::simulate::{End, StepRule};
 
-/// Both rules.
-pub(super) fn read(section: Section<'_>) -> Option<(End, StepRule)> {
+/// Both rules, and whether chunks may sleep.
+pub(super) fn read(section: Section<'_>) -> Option<(End, StepRule, bool)> {
     let end = end(&section);
     let step = step(&section);
+    let sleep = section.flag("sleep").unwrap_or(true);
     section.finish();
-    Some((end?, step?))
+    Some((end?, step?, sleep))
 }
 
 fn end(section: &Section<'_>) -> Option<End> {
