@@ -232,7 +232,7 @@ fn an_unstable_run_keeps_what_it_has() {
 
 #[test]
 fn a_wrong_command_line_is_two() {
-    let lines: [&[&str]; 11] = [
+    let lines: [&[&str]; 12] = [
         &[],
         &["fly"],
         &["run"],
@@ -244,6 +244,7 @@ fn a_wrong_command_line_is_two() {
         &["bench"],
         &["bench", "kernels", "--size", "0"],
         &["bench", "kernels", "--isa", "mmx"],
+        &["bench", "scenes", "--steps", "0"],
     ];
     for line in lines {
         mentions(&pdlang(line, 2), &["--help"]);
@@ -514,4 +515,118 @@ fn kernels_are_timed_beside_their_twins() {
         &table,
         &["twin_ns_per_bond", "correspondence_stabilised", "jittered"],
     );
+}
+
+#[test]
+fn scenes_are_timed_with_and_without_what_they_may_leave_out() {
+    let line = [
+        "bench",
+        "scenes",
+        "--size",
+        "6",
+        "--steps",
+        "2",
+        "--repeats",
+        "1",
+    ];
+    let rows: Vec<serde_json::Value> =
+        serde_json::from_str(&pdlang(&[&line[..], &["--json"]].concat(), 0)).expect("an array");
+    let named: Vec<(&str, &str)> = rows
+        .iter()
+        .filter_map(|row| Some((row["what"].as_str()?, row["law"].as_str()?)))
+        .collect();
+    let both = [
+        "breaking, with masks",
+        "neighbour lists",
+        "nodes at rest",
+        "energy at every step",
+        "volume correction",
+        "contact",
+        "interpreter",
+        "a second material",
+        "eight horizons",
+    ];
+    let expected: Vec<(&str, &str)> = ["pmb", "lps"]
+        .iter()
+        .flat_map(|law| both.iter().map(move |what| (*what, *law)))
+        .chain([
+            ("heat", "thermo_pmb"),
+            ("heat", "thermo_lps"),
+            ("history", "lps_viscoelastic"),
+            ("history", "lps_plastic"),
+            ("surface correction", "solid"),
+        ])
+        .collect();
+    assert_eq!(named, expected);
+    for row in &rows {
+        for key in ["nodes", "with_ns_per_bond", "without_ns_per_bond", "ratio"] {
+            let number = row[key].as_f64();
+            assert!(number.is_some_and(|n| n > 0.0), "{key} of {row}");
+        }
+    }
+}
+
+/// The lists of a plan, each entry what it is and why.
+fn planned(scene: &str) -> [Vec<String>; 2] {
+    let plan: serde_json::Value =
+        serde_json::from_str(&pdlang(&["plan", scene, "--json"], 0)).expect("an object");
+    assert!(plan["seconds"].as_f64().is_some_and(|s| s > 0.0), "{plan}");
+    let steps = &plan["forecast"]["steps"];
+    assert!(steps["count"].as_u64().is_some_and(|n| n > 0), "{plan}");
+    ["needed", "left_out"].map(|key| {
+        let list = plan[key].as_array().expect("a list").iter();
+        list.filter_map(|item| Some(item.as_str()?.to_string()))
+            .collect()
+    })
+}
+
+#[test]
+fn a_plan_says_what_is_computed_and_what_not() {
+    let dir = folder("planned");
+    let time = "[time]\nsteps = 40\n";
+    let breaking = write(dir.join("breaking.toml"), &format!("{PLATE}{time}"));
+    let whole = PLATE.replace("s0 = 3e-4\n", "") + "pictures = \"ends\"\n" + time;
+    let whole = whole.replace(
+        "horizon = \"3 dx\"",
+        "horizon = \"3 dx\"\ntraversal = \"cloud\"",
+    );
+    let whole = write(dir.join("whole.toml"), &format!("{whole}sleep = false\n"));
+    let has = |list: &[String], start: &str| {
+        assert!(
+            list.iter().any(|i| i.starts_with(start)),
+            "{start}: {list:#?}"
+        );
+    };
+    let [computed, out] = planned(&breaking);
+    for start in [
+        "motion: ",
+        "breaking: `",
+        "sums over families: ",
+        "stable step: at the start, and",
+        "values of the other end: ",
+        "field files: ",
+    ] {
+        has(&computed, start);
+    }
+    for start in [
+        "neighbour lists: a neighbour is a step",
+        "field rates: the law has no field",
+        "history: ",
+        "contact: there are no spheres",
+        "volume correction: ",
+        "surface correction: ",
+        "nodes at rest: left out until",
+        "strain energy: between the rows",
+        "pictures: ",
+        "results that nothing else reads: each of",
+    ] {
+        has(&out, start);
+    }
+    let [computed, out] = planned(&whole);
+    has(&out, "breaking: with these parameters");
+    has(&out, "sums over families: ");
+    has(&computed, "neighbour lists: 4 bytes");
+    has(&computed, "nodes at rest: the scene");
+    has(&computed, "pictures: ");
+    assert!(!dir.join("out").exists(), "a plan leaves no files");
 }

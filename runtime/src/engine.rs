@@ -4,6 +4,7 @@
 //! that sweeps compute; everything that changes is in a [`State`]. Threads are those of the rayon pool that
 //! the caller runs in; results do not depend on their number.
 mod bonds;
+mod breakable;
 mod check;
 mod constants;
 mod error;
@@ -26,7 +27,7 @@ pub use crate::law::Law;
 pub use crate::state::{FamilyState, State};
 pub use error::SetupError;
 pub use levels::Grading;
-pub use memory::Report;
+pub use memory::{Report, SweepReport};
 pub use needs::Need;
 pub use parts::{PartReport, Stray};
 
@@ -416,7 +417,7 @@ impl Engine {
         let mut broken = 0;
         for k in 0..self.programs.len() {
             match &self.programs[k] {
-                p if p.stage != Stage::Update => {}
+                p if p.stage != Stage::Update || p.is_idle() => {}
                 p if p.kills => {
                     self.run_armed(k, s);
                     broken += self.after_breaking(k, s);

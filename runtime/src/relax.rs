@@ -130,6 +130,12 @@ impl Relaxation {
         }
     }
 
+    pub fn bytes(&self) -> usize {
+        let ahead = self.half.iter().chain(&self.alone).map(|a| &a.next);
+        let stages = self.start.iter().chain(&self.first).chain(&self.older);
+        8 * ahead.chain(stages).map(Vec::len).sum::<usize>()
+    }
+
     /// Whether there are fields at half steps.
     pub fn has_half(&self) -> bool {
         !self.half.is_empty()

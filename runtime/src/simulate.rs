@@ -90,6 +90,9 @@ pub struct Simulation {
     /// Number of the last step.
     pub steps: u64,
     pub outputs: Outputs,
+    /// Whether neighbours near the rim count in part, and the weights that are 1.
+    pub partial_volume: bool,
+    pub without: Vec<String>,
     /// The last row of the history.
     pub row: Row,
     pub timings: Timings,
@@ -159,6 +162,8 @@ impl Simulation {
         let spec = setup.law.spec.clone();
         let scene = fingerprint(&setup, &spec)?;
         let no_fail = no_fail(&setup)?;
+        let partial_volume = setup.settings.partial_volume;
+        let without = setup.settings.without.clone();
         let mut engine = Engine::new(&setup.body, setup.law, setup.settings)
             .map_err(|e| InputError::new(e.to_string(), ""))?;
         if !setup.no_fail.is_empty() {
@@ -205,6 +210,8 @@ impl Simulation {
             end: setup.end,
             steps: 0,
             outputs: setup.outputs,
+            partial_volume,
+            without,
             row: Row::default(),
             timings: Timings::default(),
             identity,
@@ -278,6 +285,21 @@ impl Simulation {
             work: self.conditions.work,
             reactions: self.contact.reactions(),
         }
+    }
+
+    /// Memory beside that of the engine and its state: the body as it was given, densities, loads, and what fields need
+    /// while they are stepped.
+    pub fn other_bytes(&self) -> usize {
+        let body = &self.body;
+        let grid = body.grid.as_ref().map_or(0, |g| 12 * g.cell.len());
+        let densities = self.density.slots().map_or(0, <[f64]>::len);
+        24 * body.x.len()
+            + 8 * (body.volume.len() + body.horizon.len() + densities)
+            + body.material.len()
+            + grid
+            + self.conditions.loads.bytes()
+            + self.contact.loads.bytes()
+            + self.relaxation.bytes()
     }
 
     fn choose_step(&mut self) -> Result<(), InputError> {

@@ -1,7 +1,7 @@
 //! Bonds that break: which ones, what is left of the force, and that nothing else changes.
 
 use pdlang_runtime::body::Flavour;
-use pdlang_runtime::engine::Breaking;
+use pdlang_runtime::engine::{Breaking, Traversal};
 use pdlang_tests::agreement::{Question, gather};
 use pdlang_tests::{block, bodies, laws};
 
@@ -150,4 +150,37 @@ fn a_singular_shape_tensor_is_no_tensor() {
         let worst = question.ask(engine).difference(&expected, &scale).worst();
         assert!(worst <= 1e-13, "{what}: {worst:e}");
     });
+}
+
+/// Infinite limits are found in the tapes: then nothing is tested, and the bits are those of the law that tests.
+#[test]
+fn a_limit_that_no_bond_reaches_is_not_tested() {
+    for name in BREAKABLE {
+        let law = laws::law(name);
+        let names = law.params.iter().map(|p| p.name.as_str());
+        let limits: Vec<&str> = names.filter(|p| ["s0", "s1", "s2"].contains(p)).collect();
+        let with =
+            |value: f64| -> Vec<(&str, f64)> { limits.iter().map(|p| (*p, value)).collect() };
+        for flavour in laws::flavours(&law) {
+            for body in [bodies::carved(flavour, 3), bodies::cloud(flavour, 4)] {
+                let ask = |value: f64| {
+                    let question =
+                        Question::deformed(&law, body.clone(), 1e-2, 12).with(&with(value));
+                    let traversal = Traversal::Auto;
+                    let mut engine = question.engine(question.fastest(), traversal, None);
+                    let mut state = question.state(&mut engine);
+                    assert_eq!(
+                        engine.forces(&mut state, Breaking::Armed),
+                        0,
+                        "{question} {value}"
+                    );
+                    (engine.can_break(), gather(&engine, engine.force()))
+                };
+                let (tests, force) = ask(1e3);
+                let (not, same) = ask(f64::INFINITY);
+                assert!(tests && !not, "{name} {}", flavour.name());
+                assert!(force == same, "{name} {}", flavour.name());
+            }
+        }
+    }
 }

@@ -1,4 +1,7 @@
-//! `pdlang bench kernels`: what a bond costs in the catalogue's kernels, beside loops written by hand.
+//! `pdlang bench kernels`: what a bond costs in the catalogue's kernels, beside loops written by hand. `pdlang bench scenes`
+//! is in a file of its own.
+
+mod scenes;
 
 use std::io::{IsTerminal, stderr};
 use std::time::Duration;
@@ -44,22 +47,8 @@ const COLUMNS: [&str; 11] = [
 pub fn command() -> Command {
     let kernels = Command::new("kernels")
         .about("Time the kernels of some laws on a cube of nodes with the horizon 3.015 dx")
-        .arg(
-            Arg::new("size")
-                .long("size")
-                .value_name("N")
-                .value_parser(value_parser!(u32).range(4..=400))
-                .default_value("50")
-                .help("Nodes along an edge of the cube"),
-        )
-        .arg(
-            Arg::new("repeats")
-                .long("repeats")
-                .value_name("N")
-                .value_parser(value_parser!(u32).range(1..))
-                .default_value("15")
-                .help("Force evaluations, of which the quickest counts"),
-        )
+        .arg(number("size", 4, "50", "Nodes along an edge of the cube"))
+        .arg(number("repeats", 1, "15", "Force evaluations, of which the quickest counts"))
         .arg(
             threads_argument()
                 .default_value("1")
@@ -79,20 +68,63 @@ pub fn command() -> Command {
              and memory beside that of the nodes (`bytes_per_bond`). Bodies: a lattice, the same walked as a cloud,\n\
              and one whose nodes are moved by up to 0.2 dx in every direction.",
         );
+    let scenes = Command::new("scenes")
+        .about("Time a step with and without each thing that a scene may leave out")
+        .arg(number("size", 4, "24", "Nodes along an edge of the cube"))
+        .arg(number("steps", 1, "20", "Steps of a run"))
+        .arg(number("repeats", 1, "3", "Runs of either side, of which the quickest counts"))
+        .arg(
+            threads_argument()
+                .default_value("1")
+                .help("Number of threads"),
+        )
+        .arg(json_flag())
+        .after_help(
+            "CPU time per directed bond and step of whole runs without files, with the thing and without it, in turn:\n\
+             a cube of nodes with the horizon 3.015 dx that all move; `nodes at rest` in a bar that is hit at one end.",
+        );
     Command::new("bench")
         .about("Measure speed")
         .subcommand_required(true)
         .arg_required_else_help(true)
         .disable_help_subcommand(true)
         .subcommand(kernels)
+        .subcommand(scenes)
 }
 
 pub fn execute(matches: &ArgMatches) -> Outcome {
     match matches.subcommand() {
         Some(("kernels", matches)) => kernels(matches),
+        Some(("scenes", matches)) => compare_scenes(matches),
         // The parser has refused everything else.
         _ => Ok(()),
     }
+}
+
+fn number(name: &'static str, least: i64, usual: &'static str, help: &'static str) -> Arg {
+    Arg::new(name)
+        .long(name)
+        .value_name("N")
+        .value_parser(value_parser!(u32).range(least..=10_000))
+        .default_value(usual)
+        .help(help)
+}
+
+fn compare_scenes(matches: &ArgMatches) -> Outcome {
+    threads(matches)?;
+    let [size, steps, repeats] =
+        ["size", "steps", "repeats"].map(|name| matches.get_one::<u32>(name).copied().unwrap_or(1));
+    let cases = scenes::cases();
+    let bar = progress(cases.len());
+    let mut table = Table::new(&scenes::COLUMNS);
+    for case in cases {
+        bar.set_message(case.name());
+        table.row(rayon::scope(|_| case.row(size, steps, repeats))?);
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    table.print(matches.get_flag("json"));
+    Ok(())
 }
 
 /// What the command line says.

@@ -7,6 +7,7 @@ mod bench;
 mod check;
 mod emit;
 mod fmt;
+mod forecast;
 mod models;
 mod plan;
 mod progress;

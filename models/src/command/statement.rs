@@ -4,7 +4,7 @@ use pdlang_models::constants;
 use pdlang_models::language::Pdlang;
 use pdlang_runtime::engine::PartReport;
 use pdlang_runtime::language::{Exponents, Language, dimension};
-use pdlang_runtime::observe::Summary;
+use pdlang_runtime::observe::{Schedule, Summary};
 use pdlang_runtime::scene::{Influence, Scene, implied};
 use pdlang_runtime::simulate::{End, Simulation, StepRule};
 use serde_json::{Map, Value};
@@ -192,9 +192,14 @@ fn body(s: &mut Statement, scene: &Scene, simulation: &Simulation) {
     s.add(
         "memory",
         format!(
-            "{} for nodes, {} for bonds",
+            "{} for nodes, {} for bonds, {} for the body, its loads and its fields on their way{}",
             bytes(report.node_bytes as u64),
-            bytes(report.bond_bytes as u64)
+            bytes(report.bond_bytes as u64),
+            bytes(simulation.other_bytes() as u64),
+            match simulation.outputs.checkpoints {
+                Schedule::Never => "",
+                _ => "; a checkpoint copies the state",
+            }
         ),
     );
     let part = |part: &PartReport| {

@@ -18,6 +18,11 @@ impl Loads {
         }
     }
 
+    pub fn bytes(&self) -> usize {
+        let density: usize = self.density.iter().map(Vec::len).sum();
+        8 * density + 4 * self.touched.len()
+    }
+
     /// Component `d` at slot `s`; loads that are never used hold no numbers.
     pub fn at(&self, d: usize, s: usize) -> f64 {
         self.density[d].get(s).copied().unwrap_or(0.0)

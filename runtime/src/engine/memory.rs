@@ -5,8 +5,8 @@ use super::program::Program;
 use super::setup::neighbours;
 use super::{Engine, Isa, Settings, SetupError};
 use crate::body::Body;
-use crate::layout::plan_lattice;
-use crate::spec::Spec;
+use crate::layout::{Shape, plan_lattice};
+use crate::spec::{HistorySpec, RateSpec, Spec, Stage};
 use crate::traverse::CHUNK;
 
 /// What an engine is made of.
@@ -20,6 +20,16 @@ pub struct Report {
     pub isa: Isa,
     /// (name, compiled rather than interpreted)
     pub sweeps: Vec<(String, bool)>,
+    /// Those of the same in detail.
+    pub work: Vec<SweepReport>,
+    /// Numbers that belong to a kind of bond on a lattice, to a bond in a cloud; how many kinds there are.
+    pub geometry: usize,
+    pub kinds: usize,
+    /// Materials with horizons of their own.
+    pub materials: usize,
+    /// The part of the chunks in which all bonds of eight nodes are present and intact: sweeps that break no bonds
+    /// run without masks there.
+    pub whole: f64,
     /// Masks, neighbour lists, geometry, histories.
     pub bond_bytes: usize,
     /// Node arrays of the engine and of one state.
@@ -32,7 +42,57 @@ pub struct Report {
     pub constants: Vec<f64>,
 }
 
+/// What a sweep does.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SweepReport {
+    pub name: String,
+    pub stage: Stage,
+    /// Has bonds to go through, and may break some.
+    pub loops: bool,
+    pub breaks: bool,
+    /// Values that it reads at the other end of a bond, besides displacements.
+    pub far: usize,
+    /// Whether a force, a rate, an energy, a history or another sweep reads what it writes.
+    pub read: bool,
+}
+
 impl Engine {
+    /// Whether a bond can break, with the parameters at hand.
+    pub fn can_break(&self) -> bool {
+        self.programs.iter().any(|p| p.kills)
+    }
+
+    fn work(&self) -> Vec<SweepReport> {
+        let spec = &self.spec;
+        let one = |(k, p): (usize, &Program)| {
+            let asked = |slot: &usize| {
+                let slot = *slot as u32;
+                let rate = |r: &RateSpec| r.rate == slot || r.damping == Some(slot);
+                let history = |h: &HistorySpec| h.slot.is_some_and(|s| s.1 == slot);
+                let ends = spec.force.iter().chain(&spec.tangent).chain(&spec.energy);
+                ends.chain(&spec.after_step).any(|s| *s == slot)
+                    || spec.rates.iter().any(rate)
+                    || spec.histories.iter().any(history)
+                    || spec.parts.iter().any(|part| part.slot == slot)
+            };
+            let later = |slot: &usize| {
+                let mut later = self.programs[k + 1..].iter();
+                later.any(|q| q.own.contains(slot) || q.nbr.contains(slot))
+            };
+            SweepReport {
+                name: p.name.clone(),
+                stage: p.stage,
+                loops: p.loops,
+                breaks: p.kills,
+                far: p.nbr.len(),
+                read: p.kills
+                    || p.writes.contains(&true)
+                    || p.out.iter().any(|slot| asked(slot) || later(slot)),
+            }
+        };
+        self.programs.iter().enumerate().map(one).collect()
+    }
+
     pub fn report(&self) -> Report {
         let bytes = |v: &[Vec<f64>]| v.iter().map(|v| 8 * v.len()).sum::<usize>();
         let mut bond_bytes = bytes(&self.streams);
@@ -49,6 +109,15 @@ impl Engine {
                 + 4 * b.reverse.len()
                 + b.armed.len();
         }
+        let step = |k: &usize| self.programs[*k].stage == Stage::Step;
+        let (mut geometry, mut kinds) = (self.streams.len(), 0);
+        if let Shape::Stencil(stencil) = &self.families[0].shape {
+            let steps = (0..self.programs.len()).filter(step);
+            geometry = steps.map(|k| self.programs[k].geometry.outs.len()).sum();
+            kinds = stencil.kinds.len();
+        }
+        let whole = self.bonds[0].whole_intact.iter();
+        let whole = whole.filter(|w| **w != 0).count();
         let state: usize = (0..self.state_slots).map(|k| self.stored(k)).sum();
         Report {
             nodes: self.layout.slot.len(),
@@ -60,6 +129,11 @@ impl Engine {
                 .iter()
                 .map(|p| (p.name.clone(), p.compiled))
                 .collect(),
+            work: self.work(),
+            geometry,
+            kinds,
+            materials: self.layout.parts.len().max(1),
+            whole: whole as f64 / self.layout.chunks().max(1) as f64,
             bond_bytes,
             node_bytes: self.layout.bytes()
                 + 32 * (self.x_records.len() + self.u_records.len())

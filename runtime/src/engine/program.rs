@@ -36,6 +36,13 @@ pub(super) struct Program {
     pub run: [Run; 2],
 }
 
+impl Program {
+    /// Whether it changes nothing: it was there to break bonds, and none can.
+    pub fn is_idle(&self) -> bool {
+        !self.kills && self.out.is_empty() && !self.writes.contains(&true)
+    }
+}
+
 /// Where the instances come from.
 pub(super) struct Choice {
     pub kernel: Option<&'static CompiledKernel>,

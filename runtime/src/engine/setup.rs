@@ -1,4 +1,5 @@
 //! Making an engine: check, estimate, lay out, evaluate, run the reference stage.
+use super::breakable::breaks;
 use super::constants::{AtReferenceBond, Materials};
 use super::geometry::{Geometry, Streams, table, vector};
 use super::levels::{Grading, group};
@@ -42,7 +43,7 @@ pub(super) fn engine(body: &Body, law: Law, settings: Settings) -> Result<Engine
     let materials = Materials::new(&spec, body, settings)?;
     let lattice = use_lattice(body, settings, materials.by_lengths())?;
     let isa = settings.isa.unwrap_or_else(Isa::best);
-    let programs = programs(
+    let mut programs = programs(
         &spec,
         &Choice {
             kernel: law.kernel,
@@ -51,6 +52,9 @@ pub(super) fn engine(body: &Body, law: Law, settings: Settings) -> Result<Engine
             flavour: body.flavour,
         },
     )?;
+    for (p, sweep) in programs.iter_mut().zip(&spec.sweeps) {
+        p.kills = p.kills && breaks(sweep, &materials);
+    }
     memory::check(&spec, &programs, body, settings, lattice)?;
     let filters = filters(&spec, body, &materials)?;
     let (layout, families) = lay_out(body, settings, lattice, &materials, &filters);

@@ -9,16 +9,18 @@ mod color;
 mod draw;
 mod files;
 mod history;
+mod inventory;
 mod picture;
 mod quantity;
 mod row;
 mod summary;
 mod vtu;
 pub use files::Files;
+pub use inventory::{Item, inventory, left_out};
 pub(crate) use quantity::split;
 pub use quantity::{Values, quantity};
 pub use row::{FieldRow, Row};
-pub use summary::{Summary, Timings, left_out};
+pub use summary::{Summary, Timings};
 
 /// When something is written. Whatever is not `Never` is also written at the start and at the end.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -1,6 +1,6 @@
 //! What ran, how big it was, how long it took.
 
-use super::Row;
+use super::{Row, left_out};
 use crate::contact::Reaction;
 use crate::simulate::{Simulation, Stopped};
 use crate::spectrum::StableStep;
@@ -113,46 +113,4 @@ impl Summary {
             stopped: stopped.map(Stopped::to_string),
         }
     }
-}
-
-/// What a simulation does not need and therefore does not compute.
-pub fn left_out(sim: &Simulation) -> Vec<String> {
-    let spec = &sim.spec;
-    let facts = [
-        (!spec.breaks, "breaking: the law cannot break"),
-        (
-            sim.conditions.is_free(),
-            "imposed motion, body forces and imposed fields: no node has any",
-        ),
-        (sim.indenters.is_empty(), "contact: there are no spheres"),
-        (spec.rates.is_empty(), "field rates: the law has no field"),
-        (
-            spec.histories.is_empty(),
-            "history: the law remembers nothing",
-        ),
-        (spec.force.is_empty(), "motion: the law has no force"),
-        (sim.outputs.fields == super::Schedule::Never, "field files"),
-        (sim.outputs.pictures == super::Schedule::Never, "pictures"),
-        (
-            sim.outputs.checkpoints == super::Schedule::Never,
-            "checkpoints",
-        ),
-        (
-            spec.energy.is_none(),
-            "strain energy: the law has none; its cells in the history stay empty",
-        ),
-        (
-            spec.energy.is_some(),
-            "energy between the rows of the history",
-        ),
-        (
-            matches!(sim.rule, crate::simulate::StepRule::Fixed(_)),
-            "stable step: the scene gives one",
-        ),
-    ];
-    facts
-        .into_iter()
-        .filter(|(out, _)| *out)
-        .map(|(_, what)| what.to_string())
-        .collect()
 }
