@@ -14,4 +14,5 @@ pub mod naive;
 pub mod plain;
 pub mod pulse;
 pub mod reference;
+pub mod steps;
 pub mod twins;

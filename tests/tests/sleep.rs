@@ -1,25 +1,18 @@
 //! Chunks asleep: whole runs have the same bits with and without, for every law, flavour and traversal, on any number
 //! of threads, with bonds breaking and a restart in the middle.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use pdlang_models::language::Pdlang;
 use pdlang_models::registry;
 use pdlang_runtime::body::{Body, Flavour};
-use pdlang_runtime::checkpoint::{self, Clock, Identity, Snapshot};
-use pdlang_runtime::engine::{Breaking, Engine, State, Traversal};
+use pdlang_runtime::engine::{Engine, State, Traversal};
 use pdlang_runtime::observe::Schedule;
 use pdlang_runtime::scene::Scene;
 use pdlang_runtime::simulate::Simulation;
 use pdlang_tests::agreement::Question;
+use pdlang_tests::steps::{folder, reread, save, step};
 use pdlang_tests::{bodies, laws};
-
-const IDENTITY: Identity = Identity {
-    scene: 1,
-    layout: 2,
-};
-/// [s]
-const DT: f64 = 5e-8;
 
 fn strip(flavour: Flavour) -> Body {
     let shape = match flavour.dim() {
@@ -52,56 +45,12 @@ fn nudged(question: &Question, engine: &mut Engine) -> State {
     state
 }
 
-/// One step of motion, fields, breaking and memory; the directed bonds that broke.
-fn step(engine: &mut Engine, state: &mut State) -> usize {
-    let mut broken = engine.forces(state, Breaking::Armed);
-    engine.energy(state);
-    broken += engine.commit(state);
-    for (v, f) in state.v.iter_mut().zip(engine.force()) {
-        v.iter_mut().zip(f).for_each(|(v, f)| *v += DT * f / 2200.0);
-    }
-    for rate in engine.rates() {
-        let whole = rate.whole(state);
-        let field = state.slots[rate.slot].iter_mut();
-        field.zip(whole).for_each(|(q, rate)| *q += DT * rate);
-    }
-    for (u, v) in state.u.iter_mut().zip(&state.v) {
-        u.iter_mut().zip(v).for_each(|(u, v)| *u += DT * v);
-    }
-    broken
-}
-
 fn bits(engine: &mut Engine, state: &State) -> Vec<u64> {
     let rates: Vec<f64> = engine.rates().flat_map(|r| r.drive.to_vec()).collect();
     let energy = engine.energy(state).to_vec();
     let force = engine.force().iter().flatten();
     let all = force.chain(&rates).chain(&energy);
     all.map(|v| v.to_bits()).collect()
-}
-
-/// From a file, as after a restart.
-fn reread(state: &State, file: &Path) -> State {
-    let snapshot = Snapshot {
-        state: state.clone(),
-        clock: Clock::default(),
-        stable: None,
-        stages: 1,
-        broken: 0,
-        broken_at_measure: 0,
-        initial_energy: 0.0,
-        work: 0.0,
-        reactions: vec![],
-    };
-    checkpoint::write(file, IDENTITY, &snapshot).expect("the file can be written");
-    checkpoint::read(file, IDENTITY)
-        .expect("a checkpoint")
-        .state
-}
-
-fn folder(name: &str) -> PathBuf {
-    let folder = std::env::temp_dir().join(format!("pdlang-sleep-{name}-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).expect("a place for temporary files");
-    folder
 }
 
 fn on<A: Send>(threads: usize, act: impl FnOnce() -> A + Send) -> A {
@@ -122,7 +71,8 @@ fn compare(question: &Question, traversal: Traversal, file: &Path) -> f64 {
             asleep = engine();
             nudged(question, &mut asleep);
             asleep.sleep(true);
-            states[1] = reread(&states[1], file);
+            save(file, &states[1]);
+            states[1] = reread(file);
         }
         let [one, two] = &mut states;
         let with = step(&mut asleep, two);
@@ -151,7 +101,7 @@ fn has_limit(question: &Question) -> bool {
 
 #[test]
 fn every_law_has_the_same_bits_and_does_less() {
-    let folder = folder("laws");
+    let folder = folder("sleep");
     for name in registry::names() {
         let law = laws::law(name);
         let limits = law.params.iter().map(|p| p.name.as_str());
@@ -240,6 +190,61 @@ fn an_impact_has_the_same_bits_and_does_less() {
                 println!("{model} {traversal}: {:.3} left out", less.slept);
                 assert!(less.slept > 0.1, "{model} {traversal}: {}", less.slept);
             }
+        }
+    }
+}
+
+/// Fields in the middle of a step, at half steps and on a part of the body, histories, breaking: all ways in which a run
+/// asks for a part of the sweeps.
+#[test]
+fn runs_with_fields_and_histories_have_the_same_bits() {
+    let elastic = "K = \"10 GPa\"\nG = \"6 GPa\"\ns0 = 2e-3";
+    let heat = "k = \"1 W/(m K)\"\ncv = \"840 J/(kg K)\"";
+    let left = "region = { box = { from = [0, 0], to = [\"4 mm\", \"8 mm\"] } }";
+    let push = format!("[[condition]]\n{left}\nvelocity = [\"-30 m/s\", \"3 m/s\"]\n");
+    let warm = format!("[[condition]]\n{left}\nT = \"300 [K]\"\n");
+    let rim = "[[initial]]\nphi = [\"select(x > 0.15, 1e5, 0)\", 0]\n";
+    let both = format!("{elastic}\nalpha = 1e-5\n{heat}");
+    let plastic = format!("{elastic}\ntauy = \"5 MPa\"");
+    let viscous = format!("{elastic}\nshare = 0.5\ntau = \"1 us\"");
+    let cases = [
+        ("heat", heat.to_string(), warm.clone()),
+        ("heat_state", heat.to_string(), warm.clone()),
+        ("thermo_lps", both, push.clone() + &warm),
+        ("lps_plastic", plastic, push.clone()),
+        ("lps_viscoelastic", viscous, push.clone()),
+        ("absorbing", "E = \"10 GPa\"\nnu = 0.25".into(), push + rim),
+    ];
+    for (model, params, more) in cases {
+        for traversal in ["lattice", "cloud"] {
+            let text = format!(
+                "[body]\nflavour = \"plane_strain\"\nspacing = \"1 mm\"\nthickness = \"1 mm\"\nshape = {{ box = {{ from = [0, 0], to = [\"200 mm\", \"8 mm\"] }} }}\n\
+                 [family]\nhorizon = \"3.015 dx\"\ntraversal = \"{traversal}\"\n\
+                 [material]\nmodel = \"{model}\"\ndensity = \"2200 kg/m^3\"\n{params}\n{more}[time]\nsteps = 40\n"
+            );
+            let run = |sleep: bool| {
+                let scene = Scene::parse(&text, Path::new("strip.toml"), &Pdlang);
+                let scene = scene.unwrap_or_else(|e| panic!("{e}"));
+                let mut simulation = scene.simulation().unwrap_or_else(|e| panic!("{e}"));
+                simulation.engine.sleep(sleep);
+                simulation.outputs.history = Schedule::Steps(3);
+                let summary = simulation.run(&mut ()).unwrap_or_else(|e| panic!("{e}"));
+                (simulation.state, summary)
+            };
+            let ((with, less), (without, all)) = (run(true), run(false));
+            println!(
+                "{model} {traversal}: {:.3}, {} broken",
+                less.slept, less.last.broken
+            );
+            assert!(
+                with == without && less.last == all.last,
+                "{model} {traversal}"
+            );
+            assert!(
+                less.slept > 0.02 && all.slept == 0.0,
+                "{model} {traversal}: {}",
+                less.slept
+            );
         }
     }
 }

@@ -33,8 +33,8 @@ pub fn execute(matches: &ArgMatches) -> Outcome {
     let began = Instant::now();
     let scene = read(&path)?;
     let mut simulation = scene.simulation().map_err(wrong)?;
-    let setup = began.elapsed().as_secs_f64();
     let mut plan = statement::of(&scene, &simulation);
+    let setup = began.elapsed().as_secs_f64();
     let (needed, left_out): (Vec<Item>, Vec<Item>) =
         inventory(&simulation).into_iter().partition(|i| i.needed);
     let bonds = simulation.engine.report().bonds.max(1);

@@ -139,7 +139,7 @@ impl Engine {
                 + 32 * (self.x_records.len() + self.u_records.len())
                 + bytes(&self.arrays)
                 + self.parts.bytes()
-                + self.sleep.bytes()
+                + self.sleep.bytes(self.layout.len)
                 + 8 * (2 * self.spec.dim * self.layout.len + state),
             parts: self.part_reports(),
             empty_lanes: 1.0

@@ -124,9 +124,10 @@ impl Sleep {
         self.left_out += (chunks - run) as u64;
     }
 
-    pub fn bytes(&self) -> usize {
-        let values = self.seen.iter().flat_map(|seen| &seen.values);
-        self.levels.len() + 8 * values.map(Vec::len).sum::<usize>()
+    /// For so many slots, while chunks may sleep.
+    pub fn bytes(&self, slots: usize) -> usize {
+        let each = 8 * self.inputs.len() * slots + slots / CHUNK;
+        if self.on { each } else { 0 }
     }
 
     /// The chunks whose displacements have changed, when all others were packed before.
