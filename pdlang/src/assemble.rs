@@ -14,6 +14,7 @@ use crate::spec::{
     FamilySpec, FieldSpec, HistorySpec, InfluenceFn, InfluenceSpec, Number, ParamSpec, PartSpec,
     RateSpec, SlotKind, Spec, SweepSpec, WeightSpec,
 };
+use crate::streams;
 use crate::sweep;
 use crate::tape::Builder;
 use crate::units::Unit;
@@ -62,7 +63,7 @@ pub fn watched(law: &Law, dim: usize, watch: &mut dyn FnMut(Between)) -> Result<
     let mut constants = Constants::default();
     let families = families(law, &mut algebra, &mut constants, &filters);
     let drafts = schedule.drafts.clone();
-    let sweeps: Vec<SweepSpec> = drafts
+    let written: Vec<(SweepSpec, Vec<Poly>)> = drafts
         .iter()
         .map(|d| {
             sweep::write(
@@ -74,6 +75,7 @@ pub fn watched(law: &Law, dim: usize, watch: &mut dyn FnMut(Between)) -> Result<
             )
         })
         .collect();
+    let sweeps = streams::choose(&mut algebra, &mut constants, dim, written);
     if algebra.overflow {
         return Err(TooLarge);
     }

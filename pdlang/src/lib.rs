@@ -29,6 +29,7 @@ pub mod schedule;
 pub mod sound;
 pub mod span;
 pub mod spec;
+pub mod streams;
 pub mod sweep;
 pub mod tape;
 pub mod units;

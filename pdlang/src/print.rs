@@ -52,6 +52,8 @@ impl Spec {
         writeln!(f, "  writes [{}]", names(&s.out))?;
         for (title, tape) in [
             ("geometry", &s.geometry),
+            ("streams of a cloud", &s.streams),
+            ("geometry from streams", &s.from_streams),
             ("prologue", &s.pre),
             ("bond", &s.bond),
             ("epilogue", &s.post),

@@ -1,7 +1,7 @@
 //! Spec -> Rust: the bodies of the sweeps as straight-line code, and the spec itself as text.
 //!
-//! Contract. The code names only the runtime's interface file. A sweep becomes a unit struct with three
-//! functions; registers keep their tape numbers, so that `emit` and the generated code can be read side by
+//! Contract. The code names only the runtime's interface file. A sweep becomes a unit struct with its
+//! functions (the last one says how a cloud forms the values of geometry from what it keeps of a bond); registers keep their tape numbers, so that `emit` and the generated code can be read side by
 //! side. What runs once or rarely (reference quantities, updates of histories) stays in the spec.
 
 use proc_macro2::{Ident, Span, TokenStream};
@@ -57,7 +57,7 @@ fn dimension(spec: &Spec) -> TokenStream {
     });
     quote! {
         pub mod #module {
-            use ::pdlang_runtime::kernel::{Bond, Lane, Node, Sweep};
+            use ::pdlang_runtime::kernel::{Bond, Lane, Node, Streams, Sweep};
             #(#sweeps)*
             pub const KERNEL: ::pdlang_runtime::kernel::CompiledKernel =
                 ::pdlang_runtime::kernel::CompiledKernel { dim: #dim, spec: #json, sweeps: &[#(#entries),*] };
@@ -94,6 +94,19 @@ fn sweep(k: usize, s: &SweepSpec, dim: usize) -> TokenStream {
     let pre = statements(&s.pre);
     let bond = statements(&s.bond);
     let post = statements(&s.post);
+    let streams = s.streams.outs.len();
+    let formed = s.from_streams.ops.iter().enumerate();
+    let formed = formed.map(|(k, op)| match op {
+        Op::Geo(stream) => {
+            let (r, stream) = (register(k as u32), *stream as usize);
+            quote!(let #r = bond.stream(#stream);)
+        }
+        _ => statement(k as u32, op),
+    });
+    let values = s.from_streams.outs.iter().enumerate().map(|(k, r)| {
+        let r = register(*r);
+        quote!(#k => #r,)
+    });
     let handed: Vec<Ident> = s.pre.outs.iter().map(|r| register(*r)).collect();
     let stores = s.post.outs.iter().enumerate().map(|(k, r)| {
         let r = register(*r);
@@ -106,6 +119,7 @@ fn sweep(k: usize, s: &SweepSpec, dim: usize) -> TokenStream {
         impl Sweep<#dim> for #name {
             type Pre<L: Lane> = [L; #pres];
             type Acc<L: Lane> = [L; #accs];
+            const STREAMS: usize = #streams;
             #[inline(always)]
             fn zero<L: Lane>(&self) -> [L; #accs] {
                 [#(L::splat(#starts)),*]
@@ -123,6 +137,14 @@ fn sweep(k: usize, s: &SweepSpec, dim: usize) -> TokenStream {
             fn post<L: Lane, N: Node<L>>(&self, pre: &[L; #pres], acc: &[L; #accs], node: &mut N) {
                 #post
                 #(#stores)*
+            }
+            #[inline(always)]
+            fn geo<L: Lane, B: Bond<L, #dim> + Streams<L>>(&self, bond: &B, k: usize) -> L {
+                #(#formed)*
+                match k {
+                    #(#values)*
+                    _ => L::splat(0.0),
+                }
             }
         }
     }

@@ -157,6 +157,8 @@ pub struct SweepSpec {
     pub out: Vec<u32>,
     pub history: Vec<u32>,
     pub geometry: Tape,
+    pub streams: Tape,
+    pub from_streams: Tape,
     pub pre: Tape,
     pub bond: Tape,
     pub accumulators: u32,

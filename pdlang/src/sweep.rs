@@ -2,7 +2,8 @@
 //!
 //! Contract. The prologue tape reads node slots and constants and hands values on; the bond tape starts
 //! with the break test, then adds to accumulators; the epilogue forms the node quantities. A vector sum
-//! along Y is recognised: its scalar factor is formed once and multiplied into Y.
+//! along Y is recognised: its scalar factor is formed once and multiplied into Y. What clouds keep of the geometry is
+//! chosen afterwards, for all sweeps of a law ([`crate::streams`]).
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -13,7 +14,7 @@ use crate::poly::{Algebra, Atom, AtomId, Func, Monomial, Poly};
 use crate::ratio::Ratio;
 use crate::schedule::{Draft, Key, Schedule, closure};
 use crate::spec::{Stage, SweepSpec};
-use crate::tape::{Builder, Op, Product, horner};
+use crate::tape::{Builder, Op, Product, Tape, horner};
 
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Factor {
@@ -36,6 +37,8 @@ pub struct SweepWriter<'a> {
     nbr: Vec<u32>,
     history: Vec<u32>,
     geometry: Builder,
+    /// What the outputs of the geometry tape are.
+    values: Vec<Poly>,
     pre: Builder,
     bond: Builder,
     post: Builder,
@@ -50,14 +53,15 @@ fn position(list: &mut Vec<u32>, v: u32) -> u32 {
     list.len() as u32 - 1
 }
 
-/// Writes the tapes of one draft. `vectors` lists sums that are the components of one vector.
+/// Writes the tapes of one draft, and what its values of geometry are. `vectors` lists sums that are the components of one
+/// vector.
 pub fn write(
     algebra: &mut Algebra,
     schedule: &mut Schedule,
     constants: &mut Constants,
     (key, draft): (&Key, &Draft),
     vectors: &[Vec<AtomId>],
-) -> SweepSpec {
+) -> (SweepSpec, Vec<Poly>) {
     let ((stage, _), over) = *key;
     let mut w = SweepWriter {
         algebra,
@@ -69,6 +73,7 @@ pub fn write(
         nbr: Vec::new(),
         history: Vec::new(),
         geometry: Builder::default(),
+        values: Vec::new(),
         pre: Builder::default(),
         bond: Builder::default(),
         post: Builder::default(),
@@ -91,7 +96,7 @@ pub fn write(
         out.push(slot);
         w.post.tape.outs.push(r);
     }
-    SweepSpec {
+    let spec = SweepSpec {
         name: name(w.schedule, &out, draft),
         stage,
         family: w.family.0,
@@ -102,11 +107,14 @@ pub fn write(
         out,
         history: w.history,
         geometry: w.geometry.tape,
+        streams: Tape::default(),
+        from_streams: Tape::default(),
         pre: w.pre.tape,
         bond: w.bond.tape,
         accumulators: w.accumulators.len() as u32,
         post: w.post.tape,
-    }
+    };
+    (spec, w.values)
 }
 
 fn name(schedule: &Schedule, out: &[u32], draft: &Draft) -> String {
@@ -231,17 +239,18 @@ impl SweepWriter<'_> {
         sum.unwrap_or_else(|| self.bond.lit(0.0))
     }
 
-    /// A condition; `s > constant` becomes a comparison of reciprocals, which needs no root.
+    /// A condition; `s > constant` becomes a comparison of squares, which needs no root.
     fn condition(&mut self, p: &Poly) -> u32 {
         if let Some(limit) = self.stretch_limit(p) {
-            let one = Poly::int(1);
-            let stretched = self.algebra.add(&one, &limit);
-            let inverse = self.algebra.recip(&stretched);
+            let stretched = self.algebra.add(&Poly::int(1), &limit);
+            let longest = vec![stretched, Poly::zero()];
+            let longest = self.algebra.func(Func::Max, longest);
+            let longest = self.algebra.mul(&longest, &longest);
             let x = self.algebra.intern(Atom::X);
-            let threshold = self.algebra.mul(&inverse, &Poly::power(x, -1));
-            let geo = self.geometry_value(Some(&threshold));
-            let iy = self.inverse_length();
-            return self.bond.op(Op::Lt(iy, geo));
+            let longest = self.algebra.mul(&longest, &Poly::power(x, 2));
+            let geo = self.geometry_value(Some(&longest));
+            let yy = self.squared_length();
+            return self.bond.op(Op::Lt(geo, yy));
         }
         self.bond_value(p)
     }
@@ -446,6 +455,9 @@ impl SweepWriter<'_> {
         let r = self.constants.geometry(self.algebra, &mut geometry, p);
         let k = geometry.out(r);
         self.geometry = geometry;
+        if k as usize == self.values.len() {
+            self.values.push(p.clone());
+        }
         self.bond.op(Op::Geo(k))
     }
 

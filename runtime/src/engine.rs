@@ -175,7 +175,7 @@ pub struct Engine {
     programs: Vec<Program>,
     needs: needs::Needs,
     geometry: Vec<Geometry>,
-    streams: Vec<Vec<f64>>,
+    streams: Vec<geometry::Kept>,
     /// Positions and displacements of a cloud.
     x_records: Vec<Record>,
     u_records: Vec<Record>,

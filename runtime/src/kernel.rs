@@ -65,7 +65,7 @@ pub trait Bond<L: Lane, const D: usize> {
     fn eta(&self, a: usize) -> L;
     /// 1/|xi| as the lane's own `rsqrt` of [`norm_squared`] gives it [1/m].
     fn ix(&self) -> L;
-    /// Reference-bond value of this sweep (from its geometry tape).
+    /// Reference-bond value of this sweep: from a table of its geometry tape, or as [`Sweep::geo`] forms it.
     fn geo(&self, k: usize) -> L;
     /// Node slot of the other end, by position in the sweep's `nbr` list.
     fn nbr(&self, k: usize) -> L;
@@ -84,10 +84,18 @@ pub trait Bond<L: Lane, const D: usize> {
     fn max(&self, acc: &mut L, a: L);
 }
 
+/// What a cloud keeps of a bond.
+pub trait Streams<L: Lane> {
+    /// By position among the streams of the sweep.
+    fn stream(&self, k: usize) -> L;
+}
+
 /// One sweep: for every node, a prologue, a sum over its bonds, an epilogue.
 pub trait Sweep<const D: usize>: Sync {
     type Pre<L: Lane>: Copy;
     type Acc<L: Lane>: Copy;
+    /// How many streams it has in a cloud.
+    const STREAMS: usize;
     fn zero<L: Lane>(&self) -> Self::Acc<L>;
     fn pre<L: Lane, N: Node<L>>(&self, node: &N) -> Self::Pre<L>;
     fn bond<L: Lane, B: Bond<L, D>>(
@@ -97,6 +105,8 @@ pub trait Sweep<const D: usize>: Sync {
         acc: &mut Self::Acc<L>,
     );
     fn post<L: Lane, N: Node<L>>(&self, pre: &Self::Pre<L>, acc: &Self::Acc<L>, node: &mut N);
+    /// Reference-bond value `k`, from what a cloud keeps of the bond.
+    fn geo<L: Lane, B: Bond<L, D> + Streams<L>>(&self, bond: &B, k: usize) -> L;
 }
 
 /// |v|^2 in the one order that every path uses.

@@ -234,6 +234,10 @@ pub struct SweepSpec {
     pub history: Vec<u32>,
     /// Reads `Const`, `Xi`, `X`, `Omega`, `Weight`; its outputs are the `Geo` values of the bond tape.
     pub geometry: Tape,
+    /// Reads the same; what a cloud keeps of a bond.
+    pub streams: Tape,
+    /// Reads `Xi`, `Ix`, and `Geo` for the streams by position; the same outputs as `geometry`, up to rounding.
+    pub from_streams: Tape,
     /// Reads `Const`, `Own`; outputs are the `Pre` values of the bond and post tapes.
     pub pre: Tape,
     /// Reads `Pre`, `Geo`, `Nbr`, `Xi`, `Eta`, `Ix`, `History`, `Reverse`; no outputs, but effects. Empty: no loop over bonds.
@@ -242,6 +246,20 @@ pub struct SweepSpec {
     pub accumulators: u32,
     /// Reads `Pre`, `Acc`; outputs go to `out`.
     pub post: Tape,
+}
+
+impl SweepSpec {
+    /// A cloud keeps all values of geometry: the simplest choice, for sweeps written by hand.
+    #[must_use]
+    pub fn keeping_all(mut self) -> SweepSpec {
+        let n = self.geometry.outs.len() as u32;
+        self.streams = self.geometry.clone();
+        self.from_streams = Tape {
+            ops: (0..n).map(Op::Geo).collect(),
+            outs: (0..n).collect(),
+        };
+        self
+    }
 }
 
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

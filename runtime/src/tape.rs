@@ -15,7 +15,7 @@ pub(crate) use ball::ball;
 pub(crate) use block::Blocks;
 pub(crate) use exec::{Leaves, numbers, truth};
 pub(crate) use many::Many;
-pub(crate) use pack::{Leaf, Limits, Place, operands};
+pub(crate) use pack::{Leaf, Limits, Place, operands, with_streams};
 pub(crate) use sweep::MAX_VALUES;
 pub use sweep::TapeSweep;
 

@@ -6,7 +6,7 @@
 #![cfg(target_arch = "x86_64")]
 
 use pdlang_models::registry::CATALOGUE;
-use pdlang_runtime::kernel::{Bond, Entries, Instances, Lane, Node, Run, Sweep};
+use pdlang_runtime::kernel::{Bond, Entries, Instances, Lane, Node, Run, Streams, Sweep};
 use pdlang_runtime::spec::{Op, Stage, SweepSpec};
 use pdlang_runtime::sweep_entries;
 use pdlang_tests::machine::{Counts, Kind, bond_loop};
@@ -98,14 +98,14 @@ impl Loops<'_> {
 
     /// How many instructions of a kind the tape asks for on a row of bonds, each operation for itself.
     fn asked(&self, kind: Kind) -> usize {
-        let ops = &self.sweep.bond.ops;
-        let count = |is: fn(&Op) -> bool| ops.iter().filter(|op| is(op)).count();
-        // In a cloud 1/|xi| is made of positions.
-        let lengths = if self.cloud {
-            count(|op| matches!(op, Op::Ix))
-        } else {
-            0
+        let formed = match self.cloud {
+            true => &self.sweep.from_streams.ops[..],
+            false => &[],
         };
+        let ops = || self.sweep.bond.ops.iter().chain(formed);
+        let count = |is: fn(&Op) -> bool| ops().filter(|op| is(op)).count();
+        // In a cloud 1/|xi| is made of positions, once.
+        let lengths = usize::from(self.cloud && ops().any(|op| matches!(op, Op::Ix)));
         let reciprocal = count(|op| matches!(op, Op::Rsqrt(_))) + lengths;
         // AVX2 has no estimate in double precision.
         let (estimates, exact) = match self.isa {
@@ -130,9 +130,11 @@ impl Loops<'_> {
             }
             // An estimate is refined by four.
             Kind::Fused => {
+                // The square of |xi| in values that are formed is the one under 1/|xi|.
+                let squared = formed.iter().any(|op| matches!(op, Op::Fma(..)));
                 count(|op| matches!(op, Op::Fma(..) | Op::AddTo(..)))
                     + 4 * estimates
-                    + (self.dim - 1) * lengths
+                    + if squared { 0 } else { (self.dim - 1) * lengths }
             }
             _ => 0,
         }
@@ -304,6 +306,7 @@ struct Careless;
 impl Sweep<3> for Careless {
     type Pre<L: Lane> = ();
     type Acc<L: Lane> = [L; 3];
+    const STREAMS: usize = 1;
     #[inline(always)]
     fn zero<L: Lane>(&self) -> [L; 3] {
         [L::splat(0.0); 3]
@@ -326,6 +329,10 @@ impl Sweep<3> for Careless {
         node.out(0, acc[0]);
         node.out(1, acc[1]);
         node.out(2, acc[2]);
+    }
+    #[inline(always)]
+    fn geo<L: Lane, B: Bond<L, 3> + Streams<L>>(&self, bond: &B, k: usize) -> L {
+        bond.stream(k)
     }
 }
 

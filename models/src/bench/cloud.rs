@@ -1,5 +1,5 @@
-//! SELL-8 kernels in AVX-512 intrinsics: nodes in lanes, records loaded and transposed instead of gathered,
-//! geometry streams, software prefetch.
+//! SELL-8 kernels in AVX-512 intrinsics: nodes in lanes, records loaded and transposed instead of gathered, one number
+//! per bond, software prefetch.
 use super::lattice::root;
 use super::scene::{DX, HORIZON};
 use std::arch::x86_64::*;
@@ -14,9 +14,11 @@ pub struct Twin {
     start: Vec<usize>,
     index: Vec<u32>,
     bits: Vec<u8>,
-    limit: Vec<f64>,
+    /// (1 + s0)^2
+    limit: f64,
+    /// c w (PMB), omega w x^2 (LPS).
     pmb: Vec<f64>,
-    lps: [Vec<f64>; 2],
+    lps: Vec<f64>,
     x: [Vec<f64>; 3],
     x_records: Vec<Record>,
     u_records: Vec<Record>,
@@ -38,9 +40,9 @@ impl Twin {
             start: vec![0],
             index: vec![],
             bits: vec![],
-            limit: vec![],
+            limit: (1.0 + s0) * (1.0 + s0),
             pmb: vec![],
-            lps: [vec![], vec![]],
+            lps: vec![],
             x: [zero(), zero(), zero()],
             x_records: vec![Record([0.0; 4]); len],
             u_records: vec![Record([0.0; 4]); len],
@@ -61,7 +63,7 @@ impl Twin {
         }
         pack(&t.x, &mut t.x_records);
         for block in cell.chunks(8).enumerate() {
-            t.block(n, nodes, slot, block.0 * 8, block.1, c, s0);
+            t.block(n, nodes, slot, block.0 * 8, block.1, c);
         }
         t
     }
@@ -74,7 +76,6 @@ impl Twin {
         first: usize,
         cells: &[[usize; 3]],
         c: f64,
-        s0: f64,
     ) {
         let lists: Vec<Vec<u32>> = cells
             .iter()
@@ -92,14 +93,14 @@ impl Twin {
                     .or(list.last())
                     .map_or(first as u32, |j| *j) as usize;
                 self.index.push(j as u32);
-                self.geometry(first + lane, j, there, c, s0);
+                self.geometry(first + lane, j, there, c);
             }
             self.bits.push(byte);
         }
         self.start.push(self.bits.len());
     }
 
-    fn geometry(&mut self, i: usize, j: usize, there: bool, c: f64, s0: f64) {
+    fn geometry(&mut self, i: usize, j: usize, there: bool, c: f64) {
         let xi = [0, 1, 2].map(|a| self.x[a][j] - self.x[a][i]);
         let x = (xi[0] * xi[0] + xi[1] * xi[1] + xi[2] * xi[2]).sqrt();
         let inside = x <= HORIZON - 0.5 * DX;
@@ -110,10 +111,8 @@ impl Twin {
             (HORIZON + 0.5 * DX - x) / DX * volume
         };
         let w = if there { w } else { 0.0 };
-        self.limit.push(1.0 / (x * (1.0 + s0)));
         self.pmb.push(w * c);
-        self.lps[0].push(w * x);
-        self.lps[1].push(w);
+        self.lps.push(w * x);
     }
 
     /// PMB with breaking.
@@ -138,17 +137,18 @@ impl Twin {
         unsafe {
             let (x, u) = (self.x_records.as_ptr(), self.u_records.as_ptr());
             let bits = self.bits.as_mut_ptr();
+            let limit = _mm512_set1_pd(self.limit);
             for c in 0..self.start.len() - 1 {
                 let at = 8 * c;
                 let (xi, ui) = (own(x, at), own(u, at));
                 let mut f = [_mm512_setzero_pd(); 3];
                 for row in self.start[c]..self.start[c + 1] {
-                    let (y, square, ix) =
+                    let (y, square, reference) =
                         deformed(x, u, &xi, &ui, self.index.as_ptr().add(8 * row));
-                    let iy = root(square);
+                    let (ix, iy) = (root(reference), root(square));
                     let mut k = *bits.add(row);
-                    let dead =
-                        _mm512_mask_cmp_pd_mask::<_CMP_LT_OQ>(k, iy, stream(&self.limit, row));
+                    let longest = _mm512_mul_pd(limit, reference);
+                    let dead = _mm512_mask_cmp_pd_mask::<_CMP_LT_OQ>(k, longest, square);
                     if dead != 0 {
                         k &= !dead;
                         *bits.add(row) = k;
@@ -171,17 +171,18 @@ impl Twin {
         unsafe {
             let (x, u) = (self.x_records.as_ptr(), self.u_records.as_ptr());
             let bits = self.bits.as_mut_ptr();
+            let limit = _mm512_set1_pd(self.limit);
             for c in 0..self.start.len() - 1 {
                 let at = 8 * c;
                 let (xi, ui) = (own(x, at), own(u, at));
                 let mut sum = _mm512_setzero_pd();
                 for row in self.start[c]..self.start[c + 1] {
-                    let (_, square, ix) =
+                    let (_, square, reference) =
                         deformed(x, u, &xi, &ui, self.index.as_ptr().add(8 * row));
-                    let iy = root(square);
+                    let (ix, iy) = (root(reference), root(square));
                     let mut k = *bits.add(row);
-                    let dead =
-                        _mm512_mask_cmp_pd_mask::<_CMP_LT_OQ>(k, iy, stream(&self.limit, row));
+                    let longest = _mm512_mul_pd(limit, reference);
+                    let dead = _mm512_mask_cmp_pd_mask::<_CMP_LT_OQ>(k, longest, square);
                     if dead != 0 {
                         k &= !dead;
                         *bits.add(row) = k;
@@ -189,7 +190,7 @@ impl Twin {
                     let d = _mm512_sub_pd(ix, iy);
                     let y = _mm512_mul_pd(square, iy);
                     let extension = _mm512_maskz_mul_pd(k, y, d);
-                    sum = _mm512_fmadd_pd(stream(&self.lps[0], row), extension, sum);
+                    sum = _mm512_fmadd_pd(stream(&self.lps, row), extension, sum);
                 }
                 let a = _mm512_mul_pd(sum, _mm512_loadu_pd(self.q.as_ptr().add(at)));
                 _mm512_storeu_pd(self.a.as_mut_ptr().add(at), a);
@@ -209,8 +210,8 @@ impl Twin {
                 let mut f = [_mm512_setzero_pd(); 3];
                 for row in self.start[c]..self.start[c + 1] {
                     let index = self.index.as_ptr().add(8 * row);
-                    let (y, square, ix) = deformed(x, u, &xi, &ui, index);
-                    let iy = root(square);
+                    let (y, square, reference) = deformed(x, u, &xi, &ui, index);
+                    let (ix, iy) = (root(reference), root(square));
                     let d = _mm512_sub_pd(ix, iy);
                     let aj = gather(pa, index);
                     let bj = gather(pb, index);
@@ -218,7 +219,7 @@ impl Twin {
                     let t = _mm512_fmadd_pd(_mm512_add_pd(bi, bj), d, t);
                     let t = _mm512_maskz_mul_pd(
                         *self.bits.as_ptr().add(row),
-                        stream(&self.lps[1], row),
+                        _mm512_mul_pd(stream(&self.lps, row), ix),
                         t,
                     );
                     f[0] = _mm512_fmadd_pd(t, y[0], f[0]);
@@ -333,7 +334,7 @@ unsafe fn stream(v: &[f64], row: usize) -> __m512d {
     }
 }
 
-/// Y = xi + eta, |Y|^2, 1/|xi|.
+/// Y = xi + eta, |Y|^2, |xi|^2.
 #[inline]
 #[target_feature(enable = "avx512f")]
 unsafe fn deformed(
@@ -364,6 +365,6 @@ unsafe fn deformed(
             xi[2],
             _mm512_fmadd_pd(xi[1], xi[1], _mm512_mul_pd(xi[0], xi[0])),
         );
-        (y, square, root(reference))
+        (y, square, reference)
     }
 }

@@ -8,6 +8,7 @@ struct Entry {
     offset: isize,
     xi: [f64; 3],
     ix: f64,
+    /// Of y^2.
     limit: f64,
     /// c w (PMB), omega w x^2 and omega w x (LPS).
     pmb: f64,
@@ -87,7 +88,7 @@ impl Twin {
                         xi,
                         // SAFETY: checked in `new`.
                         ix: unsafe { reciprocal_root(r2) },
-                        limit: 1.0 / (x * (1.0 + s0)),
+                        limit: (x * x) * ((1.0 + s0) * (1.0 + s0)),
                         pmb: w * c,
                         lps: [w * x, w],
                     });
@@ -156,8 +157,11 @@ impl Twin {
                     let (y, square) = deformed(&u, &ui, at, e);
                     let iy = root(square);
                     let mut k = *bits;
-                    let dead =
-                        _mm512_mask_cmp_pd_mask::<_CMP_LT_OQ>(k, iy, _mm512_set1_pd((*e).limit));
+                    let dead = _mm512_mask_cmp_pd_mask::<_CMP_LT_OQ>(
+                        k,
+                        _mm512_set1_pd((*e).limit),
+                        square,
+                    );
                     if dead != 0 {
                         k &= !dead;
                         *bits = k;
@@ -192,8 +196,11 @@ impl Twin {
                     let (_, square) = deformed(&u, &ui, at, e);
                     let iy = root(square);
                     let mut k = *bits;
-                    let dead =
-                        _mm512_mask_cmp_pd_mask::<_CMP_LT_OQ>(k, iy, _mm512_set1_pd((*e).limit));
+                    let dead = _mm512_mask_cmp_pd_mask::<_CMP_LT_OQ>(
+                        k,
+                        _mm512_set1_pd((*e).limit),
+                        square,
+                    );
                     if dead != 0 {
                         k &= !dead;
                         *bits = k;

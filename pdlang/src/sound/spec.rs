@@ -124,6 +124,8 @@ fn tapes(report: &mut Report, s: &Spec, w: &SweepSpec) -> Ports {
         _ => reference(s, port),
     };
     let mut ports = check(report, &w.geometry, Place::Geometry, &limit);
+    ports.extend(check(report, &w.streams, Place::Geometry, &limit));
+    streams(report, s, w);
     for (tape, place) in [
         (&w.pre, Place::Pre),
         (&w.bond, Place::Bond),
@@ -178,6 +180,26 @@ fn tapes(report: &mut Report, s: &Spec, w: &SweepSpec) -> Ports {
         ));
     }
     ports
+}
+
+/// What a cloud keeps is used, and gives all values of geometry.
+fn streams(report: &mut Report, s: &Spec, w: &SweepSpec) {
+    let limit = |port: Port| match port {
+        Port::Geo => w.streams.outs.len(),
+        _ => reference(s, port),
+    };
+    let ports = check(report, &w.from_streams, Place::FromStreams, &limit);
+    for k in 0..w.streams.outs.len() as u32 {
+        if !ports.contains(&(Port::Geo, k)) {
+            report.add(format!("stream {k} is used by nobody"));
+        }
+    }
+    let (values, formed) = (w.geometry.outs.len(), w.from_streams.outs.len());
+    if values != formed {
+        report.add(format!(
+            "{values} values of geometry, {formed} from streams"
+        ));
+    }
 }
 
 /// Weights are numbered behind the histories.

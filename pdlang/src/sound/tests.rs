@@ -104,7 +104,7 @@ fn planted_in_the_data_of_waves() {
 #[test]
 fn planted_in_the_data() {
     type Plant = fn(&mut Spec);
-    let plants: [(&str, Plant); 15] = [
+    let plants: [(&str, Plant); 17] = [
         ("is read by nobody", |s| {
             s.sweeps[0].bond.ops.push(Op::Lit(2.0))
         }),
@@ -142,6 +142,14 @@ fn planted_in_the_data() {
         ("reads a weight before it is written", |s| {
             s.sweeps
                 .retain(|w| w.history.is_empty() || w.stage != Stage::Reference)
+        }),
+        ("is used by nobody", |s| {
+            s.sweeps.iter_mut().for_each(|w| w.streams.outs.push(0))
+        }),
+        ("values of geometry", |s| {
+            s.sweeps
+                .iter_mut()
+                .for_each(|w| w.from_streams.outs.clear())
         }),
         ("`A` is written in 0 sweeps", |s| {
             s.sweeps

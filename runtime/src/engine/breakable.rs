@@ -9,7 +9,8 @@ use crate::spec::{Op, SweepSpec, Tape};
 /// Smallest and largest value; of a condition 0 (never) or 1.
 type Interval = (f64, f64);
 const ANY: Interval = (f64::NEG_INFINITY, f64::INFINITY);
-const POSITIVE: Interval = (f64::MIN_POSITIVE, f64::MAX);
+/// A length or a weight: positive, as its square is.
+const POSITIVE: Interval = (1e-100, 1e100);
 const MAYBE: Interval = (0.0, 1.0);
 const NEVER: Interval = (0.0, 0.0);
 

@@ -1,14 +1,15 @@
-//! Reference-bond values of every sweep: a table per kind of bond, or streams per bond.
+//! Reference-bond values of every sweep: a table per kind of bond, or what they are formed from, bond by bond.
+use super::Engine;
 use super::constants::{AtReferenceBond, Materials};
 use super::program::Program;
 use crate::kernel::norm_squared;
 use crate::lane::{Isa, Memory};
 use crate::layout::{Family, Layout, Stencil};
-use crate::spec::{Op, Spec, Tape};
+use crate::spec::{Op, Spec, Stage, Tape};
 use crate::tape::{Code, Leaf, Many, length, numbers, operands};
-use crate::traverse::{CHUNK, MAX_GEOMETRY};
+use crate::traverse::{CHUNK, Stream};
 use rayon::prelude::*;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// Of one sweep.
 #[derive(Debug)]
@@ -53,6 +54,77 @@ pub(super) fn table(
     Geometry::Table { values, records }
 }
 
+/// A stream of a cloud: eight numbers per row, or eight for all rows where they would be alike.
+#[derive(Debug)]
+pub(super) struct Kept {
+    values: Vec<f64>,
+    alike: bool,
+}
+
+impl Kept {
+    fn alike(value: f64) -> Kept {
+        Kept {
+            values: vec![value; CHUNK],
+            alike: true,
+        }
+    }
+
+    /// Of all bonds of a family.
+    fn new(values: Vec<f64>, family: &Family) -> Kept {
+        let rows = || values.chunks_exact(CHUNK).zip(&family.present);
+        let there = |bits: u8| (0..CHUNK).filter(move |lane| bits >> lane & 1 == 1);
+        let mut cells = rows().flat_map(|(row, &bits)| there(bits).map(|lane| row[lane]));
+        let first = cells.next().unwrap_or(0.0);
+        match cells.all(|v| v.to_bits() == first.to_bits()) {
+            true => Kept::alike(first),
+            false => Kept {
+                values,
+                alike: false,
+            },
+        }
+    }
+
+    pub fn call(&self) -> Stream {
+        Stream {
+            from: self.values.as_ptr(),
+            cells: if self.alike { 0 } else { usize::MAX },
+        }
+    }
+
+    /// Has a number for every bond.
+    pub fn differs(&self) -> bool {
+        !self.alike
+    }
+
+    pub fn bytes(&self) -> usize {
+        8 * self.values.len()
+    }
+}
+
+/// How many streams have a number for every bond, as far as the law tells.
+pub(super) fn streams_of_bonds(spec: &Spec, programs: &[Program], materials: usize) -> usize {
+    let mut numbering = Numbering::default();
+    let mut found = HashSet::new();
+    for (p, s) in programs.iter().zip(&spec.sweeps) {
+        let constant = constant(&s.streams);
+        let keys = numbering.outputs(p.family, &s.streams).into_iter();
+        let kept = |(_, constant): &(_, bool)| !constant || materials > 1;
+        found.extend(keys.zip(constant).filter(kept).map(|(key, _)| key));
+    }
+    found.len()
+}
+
+/// Of every output, whether it is made of constants alone.
+fn constant(tape: &Tape) -> Vec<bool> {
+    let mut found: Vec<bool> = vec![];
+    for op in &tape.ops {
+        let here = matches!(op, Op::Const(_) | Op::Lit(_) | Op::Inf);
+        let from = operands(op);
+        found.push(here || !from.is_empty() && from.iter().all(|&r| found[r as usize]));
+    }
+    tape.outs.iter().map(|&r| found[r as usize]).collect()
+}
+
 /// Streams for a cloud. Sweeps that need the same value of the same family share its stream.
 pub(super) struct Streams<'a> {
     pub layout: &'a Layout,
@@ -61,10 +133,16 @@ pub(super) struct Streams<'a> {
     /// Weight [m^3] of the bond to a slot, between a pair of materials.
     pub weight: &'a (dyn Fn([f64; 3], usize, usize) -> f64 + Sync),
     numbering: Numbering,
-    /// How many there are.
-    count: usize,
-    /// Of every family: tapes, and which of their outputs are streams that no earlier tape has.
-    fresh: Vec<Vec<(&'a Code, Vec<usize>)>>,
+    /// Those that are the same on all bonds; the others get their values last.
+    known: Vec<Option<f64>>,
+    /// Of every family: tapes, and which of their outputs are the streams of these numbers, which no earlier tape has.
+    fresh: Vec<Vec<Fresh<'a>>>,
+}
+
+struct Fresh<'a> {
+    code: &'a Code,
+    outputs: Vec<usize>,
+    streams: Vec<usize>,
 }
 
 impl<'a> Streams<'a> {
@@ -80,51 +158,78 @@ impl<'a> Streams<'a> {
             materials,
             weight,
             numbering: Numbering::default(),
-            count: 0,
-            fresh: vec![vec![]; families.len()],
+            known: vec![],
+            fresh: families.iter().map(|_| vec![]).collect(),
         }
     }
 
-    pub fn add(&mut self, spec: &Spec, p: &'a Program, tape: &Tape) -> Geometry {
-        debug_assert!(tape.outs.len() <= MAX_GEOMETRY && spec.dim == self.layout.dim);
-        let keys = self.numbering.outputs(p.family, tape);
-        let (mut streams, mut fresh) = (vec![], vec![]);
-        for (position, key) in keys.into_iter().enumerate() {
-            let next = self.count + fresh.len();
+    pub fn add(&mut self, p: &'a Program, tape: &Tape) -> Geometry {
+        let mut fresh = Fresh {
+            code: &p.geometry,
+            outputs: vec![],
+            streams: vec![],
+        };
+        let constant = constant(tape);
+        let mut streams = vec![];
+        for (output, key) in self
+            .numbering
+            .outputs(p.family, tape)
+            .into_iter()
+            .enumerate()
+        {
+            let next = self.known.len();
             let stream = *self.numbering.streams.entry(key).or_insert(next);
-            if stream == next {
-                fresh.push(position);
-            }
             streams.push(stream);
+            if stream < next {
+                continue;
+            }
+            let known = constant[output] && self.materials.count == 1;
+            self.known.push(known.then(|| self.of_constants(p, output)));
+            if !known {
+                fresh.outputs.push(output);
+                fresh.streams.push(stream);
+            }
         }
-        self.count += fresh.len();
-        if !fresh.is_empty() {
-            self.fresh[p.family].push((&p.geometry, fresh));
+        if !fresh.outputs.is_empty() {
+            self.fresh[p.family].push(fresh);
         }
         Geometry::Streams(streams)
     }
 
+    /// An output that is made of constants.
+    fn of_constants(&self, p: &Program, output: usize) -> f64 {
+        let pair = &self.materials.pairs[0];
+        let mut anywhere = AtReferenceBond {
+            constants: &pair.constants,
+            influences: &pair.influences,
+            xi: [0.0; 3],
+            length: 0.0,
+            weight: 0.0,
+        };
+        let mut outputs = vec![0.0; p.geometry.outs.len()];
+        numbers(&p.geometry, &mut anywhere, &mut outputs);
+        outputs[output]
+    }
+
     /// All streams, by number.
-    pub fn values(&self) -> Vec<Vec<f64>> {
-        // Numbers were given out sweep by sweep, and a sweep has one family.
-        let mut values = vec![vec![]; self.count];
-        for (k, family) in self.families.iter().enumerate() {
+    pub fn values(&self) -> Vec<Kept> {
+        let known = |value: &Option<f64>| Kept::alike(value.unwrap_or(0.0));
+        let mut kept: Vec<Kept> = self.known.iter().map(known).collect();
+        for (family, fresh) in self.families.iter().zip(&self.fresh) {
             let cells = family.present.len() * CHUNK;
-            let mine = self.numbering.streams.iter();
-            let mut mine: Vec<usize> = mine.filter(|s| s.0.0 == k).map(|s| *s.1).collect();
-            mine.sort_unstable();
-            let mut streams: Vec<Vec<f64>> = mine.iter().map(|_| vec![0.0; cells]).collect();
-            self.fill(family, &self.fresh[k], &mut streams);
-            for (to, stream) in mine.into_iter().zip(streams) {
-                values[to] = stream;
+            let places = fresh.iter().flat_map(|tape| &tape.streams);
+            let mut streams: Vec<Vec<f64>> = places.clone().map(|_| vec![0.0; cells]).collect();
+            self.fill(family, fresh, &mut streams);
+            for (&to, stream) in places.zip(streams) {
+                kept[to] = Kept::new(stream, family);
             }
         }
-        values
+        kept
     }
 
     /// Each chunk writes its own part of every stream. A bond is looked at once, for all tapes.
-    fn fill(&self, family: &Family, tapes: &[(&Code, Vec<usize>)], streams: &mut [Vec<f64>]) {
-        let Some(most) = tapes.iter().map(|t| Many::most(t.0)).min() else {
+    fn fill(&self, family: &Family, tapes: &[Fresh], streams: &mut [Vec<f64>]) {
+        let Some(most) = tapes.iter().map(|t| Many::most(t.code)).min() else {
             return;
         };
         let mut parts: Vec<Vec<&mut [f64]>> = (0..self.layout.chunks()).map(|_| vec![]).collect();
@@ -159,15 +264,16 @@ impl<'a> Streams<'a> {
                     }
                 };
                 let mut parts = parts.iter_mut();
-                for (code, places) in tapes {
-                    let mut places = places.iter().peekable();
-                    room.0.run(code, count, &mut leaf, &mut |position, values| {
-                        if places.next_if_eq(&&position).is_some()
-                            && let Some(part) = parts.next()
-                        {
-                            part[first..first + count].copy_from_slice(values);
-                        }
-                    });
+                for tape in tapes {
+                    let mut places = tape.outputs.iter().peekable();
+                    room.0
+                        .run(tape.code, count, &mut leaf, &mut |position, values| {
+                            if places.next_if_eq(&&position).is_some()
+                                && let Some(part) = parts.next()
+                            {
+                                part[first..first + count].copy_from_slice(values);
+                            }
+                        });
                 }
             }
         };
@@ -215,6 +321,25 @@ fn omega(bonds: &[AtReferenceBond], k: usize, lengths: &[f64], many: &mut Many, 
         let these = from..from + alike.len();
         alike[0].influences[k].each(many, &lengths[these.clone()], &mut to[these.clone()]);
         from = these.end;
+    }
+}
+
+impl Engine {
+    /// What only sweeps of the reference stage read, which never run again.
+    pub(super) fn drop_streams_of_the_reference(&mut self) {
+        let mut needed = vec![false; self.streams.len()];
+        for (p, geometry) in self.programs.iter().zip(&mut self.geometry) {
+            let Geometry::Streams(streams) = geometry else {
+                continue;
+            };
+            if p.stage == Stage::Reference {
+                streams.clear();
+            }
+            streams.iter().for_each(|&k| needed[k] = true);
+        }
+        for (stream, _) in self.streams.iter_mut().zip(needed).filter(|s| !s.1) {
+            *stream = Kept::alike(0.0);
+        }
     }
 }
 

@@ -1,5 +1,5 @@
 //! Memory: an estimate before anything is allocated, and a report afterwards.
-use super::geometry::Geometry;
+use super::geometry::{Geometry, Kept, streams_of_bonds};
 use super::parts::PartReport;
 use super::program::Program;
 use super::setup::neighbours;
@@ -95,7 +95,7 @@ impl Engine {
 
     pub fn report(&self) -> Report {
         let bytes = |v: &[Vec<f64>]| v.iter().map(|v| 8 * v.len()).sum::<usize>();
-        let mut bond_bytes = bytes(&self.streams);
+        let mut bond_bytes: usize = self.streams.iter().map(Kept::bytes).sum();
         for geometry in &self.geometry {
             if let Geometry::Table { values, records } = geometry {
                 bond_bytes += 8 * (values.len() + records.len());
@@ -110,7 +110,7 @@ impl Engine {
                 + b.armed.len();
         }
         let step = |k: &usize| self.programs[*k].stage == Stage::Step;
-        let (mut geometry, mut kinds) = (self.streams.len(), 0);
+        let (mut geometry, mut kinds) = (self.streams.iter().filter(|s| s.differs()).count(), 0);
         if let Shape::Stencil(stencil) = &self.families[0].shape {
             let steps = (0..self.programs.len()).filter(step);
             geometry = steps.map(|k| self.programs[k].geometry.outs.len()).sum();
@@ -181,7 +181,7 @@ fn estimate(spec: &Spec, programs: &[Program], body: &Body, s: &Settings, lattic
         }
         _ => {
             let n = body.x.len() as f64;
-            let geometry: usize = programs.iter().map(|p| p.geometry.outs.len()).sum();
+            let streams = streams_of_bonds(spec, programs, s.materials.len());
             let bonds = match s.horizon[..] {
                 [horizon] => n * neighbours(body, horizon),
                 _ => {
@@ -189,7 +189,7 @@ fn estimate(spec: &Spec, programs: &[Program], body: &Body, s: &Settings, lattic
                     body.material.iter().map(|m| each[*m as usize]).sum()
                 }
             };
-            (n, bonds, 4.5 + 8.0 * geometry as f64)
+            (n, bonds, 4.5 + 8.0 * streams as f64)
         }
     };
     let weights = spec.weights.len() as f64;

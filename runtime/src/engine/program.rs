@@ -5,7 +5,7 @@ use crate::body::Flavour;
 use crate::kernel::{CompiledKernel, Entries, Instances, Run};
 use crate::lane::Isa;
 use crate::spec::{Op, SlotKind, Spec, Stage, SweepSpec};
-use crate::tape::{Code, Limits, MAX_VALUES, Place, TapeError, TapeSweep};
+use crate::tape::{Code, Limits, MAX_VALUES, Place, TapeError, TapeSweep, with_streams};
 use crate::traverse::{MAX_GEOMETRY, MAX_HISTORIES, MAX_SLOTS, interpreted};
 
 /// One sweep.
@@ -31,6 +31,7 @@ pub(super) struct Program {
     pub confined: Vec<Confined>,
     pub stays: bool,
     pub tape: Box<TapeSweep>,
+    /// Its outputs are the records of a lattice, or the streams of a cloud.
     pub geometry: Code,
     pub compiled: bool,
     pub run: [Run; 2],
@@ -66,16 +67,24 @@ fn program(
     choice: &Choice,
 ) -> Result<Program, TapeError> {
     check_lists(spec, s)?;
-    let limits = limits(spec, s);
+    let (geometry, bond) = match choice.lattice {
+        true => (&s.geometry, s.bond.clone()),
+        false => (&s.streams, with_streams(s)?),
+    };
+    let limits = limits(spec, s, geometry.outs.len());
     let code = |tape, place| Code::new(tape, place, &limits, choice.flavour);
     let tape = Box::new(TapeSweep {
         pre: code(&s.pre, Place::Pre)?,
-        bond: code(&s.bond, Place::Bond)?,
+        bond: code(&bond, Place::Bond)?,
         post: code(&s.post, Place::Post)?,
         extremes: s.bond.ops.iter().fold(0, |bits, op| match op {
             Op::MaxTo(k, _) => bits | 1 << k,
             _ => bits,
         }),
+        streams: match choice.lattice {
+            true => 0,
+            false => s.streams.outs.len(),
+        },
     });
     if s.post.outs.len() != s.out.len() {
         return Err(TapeError(format!(
@@ -130,14 +139,14 @@ fn program(
         loops: !tape.bond.steps.is_empty(),
         confined,
         stays,
-        geometry: code(&s.geometry, Place::Geometry)?,
+        geometry: code(geometry, Place::Geometry)?,
         tape,
         compiled: entries.is_some(),
         run,
     })
 }
 
-fn limits(spec: &Spec, s: &SweepSpec) -> Limits {
+fn limits(spec: &Spec, s: &SweepSpec, geometry: usize) -> Limits {
     Limits {
         dim: spec.dim,
         variables: 0,
@@ -146,7 +155,7 @@ fn limits(spec: &Spec, s: &SweepSpec) -> Limits {
         constants: spec.constants.outs.len(),
         own: s.own.len(),
         nbr: s.nbr.len(),
-        geometry: s.geometry.outs.len(),
+        geometry,
         pre: s.pre.outs.len(),
         accumulators: s.accumulators as usize,
         history: s.history.len(),
@@ -192,6 +201,7 @@ fn check_lists(spec: &Spec, s: &SweepSpec) -> Result<(), TapeError> {
     }
     for (n, most, name) in [
         (s.geometry.outs.len(), MAX_GEOMETRY, "geometry values"),
+        (s.streams.outs.len(), MAX_GEOMETRY, "streams"),
         (s.pre.outs.len(), MAX_VALUES, "prologue values"),
         (s.accumulators as usize, MAX_VALUES, "sums"),
         (s.history.len(), MAX_HISTORIES, "histories"),

@@ -5,7 +5,7 @@ use crate::kernel::Run;
 use crate::lane::Record;
 use crate::layout::Shape;
 use crate::spec::{SlotKind, Stage};
-use crate::traverse::{CHUNK, Call, MAX_GEOMETRY, MAX_HISTORIES, MAX_SLOTS};
+use crate::traverse::{CHUNK, Call, MAX_GEOMETRY, MAX_HISTORIES, MAX_SLOTS, Stream};
 use rayon::prelude::*;
 use std::ops::Range;
 use std::ptr::{null, null_mut};
@@ -134,7 +134,7 @@ impl Engine {
             pattern: null(),
             records: null(),
             index: null(),
-            geometry: [null(); MAX_GEOMETRY],
+            streams: [Stream::NONE; MAX_GEOMETRY],
             history: [null(); MAX_HISTORIES],
             next: [null_mut(); MAX_HISTORIES],
             reverse: bonds.reverse.as_ptr(),
@@ -174,8 +174,8 @@ impl Engine {
         match &self.geometry[k] {
             Geometry::Table { records, .. } => call.records = records.as_ptr().cast(),
             Geometry::Streams(streams) => {
-                for (to, &s) in call.geometry.iter_mut().zip(streams) {
-                    *to = self.streams[s].as_ptr();
+                for (to, &s) in call.streams.iter_mut().zip(streams) {
+                    *to = self.streams[s].call();
                 }
             }
         }

@@ -1,7 +1,7 @@
 //! Making an engine: check, estimate, lay out, evaluate, run the reference stage.
 use super::breakable::breaks;
 use super::constants::{AtReferenceBond, Materials};
-use super::geometry::{Geometry, Streams, table, vector};
+use super::geometry::{Geometry, Kept, Streams, table, vector};
 use super::levels::{Grading, group};
 use super::needs::Needs;
 use super::parts::Parts;
@@ -87,6 +87,7 @@ pub(super) fn engine(body: &Body, law: Law, settings: Settings) -> Result<Engine
     let rest = engine.state();
     engine.refresh_whole(&rest);
     engine.reference_stage(&rest, &settings.without);
+    engine.drop_streams_of_the_reference();
     engine.family_stage(&rest);
     Ok(engine)
 }
@@ -204,7 +205,7 @@ fn geometry(
     families: &[Family],
     materials: &Materials,
     isa: Isa,
-) -> (Vec<Geometry>, Vec<Vec<f64>>) {
+) -> (Vec<Geometry>, Vec<Kept>) {
     let weight = |xi: [f64; 3], other: usize, pair: usize| {
         let r = length(xi, spec.dim);
         let fraction = if settings.partial_volume {
@@ -219,7 +220,7 @@ fn geometry(
     for (p, s) in programs.iter().zip(&spec.sweeps) {
         geometry.push(match &families[p.family].shape {
             Shape::Stencil(stencil) => table(p, stencil, materials, spec.dim, isa),
-            Shape::List(_) => streams.add(spec, p, &s.geometry),
+            Shape::List(_) => streams.add(p, &s.streams),
         });
     }
     (geometry, streams.values())
@@ -234,7 +235,7 @@ fn assemble(
     families: Vec<Family>,
     programs: Vec<Program>,
     geometry: Vec<Geometry>,
-    streams: Vec<Vec<f64>>,
+    streams: Vec<Kept>,
     constants: Vec<f64>,
     grading: Grading,
 ) -> Engine {

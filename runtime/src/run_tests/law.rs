@@ -42,7 +42,7 @@ fn energy(spec: &mut Spec) {
     let k = b.op(Op::Geo(0));
     b.op(Op::AddTo(0, square, k));
     s.bond = b.tape(vec![]);
-    spec.sweeps.push(s);
+    spec.sweeps.push(s.keeping_all());
 }
 
 fn tangent(spec: &mut Spec, dim: usize) {
@@ -71,7 +71,7 @@ fn tangent(spec: &mut Spec, dim: usize) {
     let cw = g.op(Op::Mul(w, c));
     s.geometry = g.tape(vec![cw]);
     s.bond = increment(dim);
-    spec.sweeps.push(s);
+    spec.sweeps.push(s.keeping_all());
 }
 
 /// d[(1/x - 1/y) Y] = (1/x - 1/y) d + (Y.d / y^3) Y for d = du' - du.
@@ -143,6 +143,6 @@ pub fn heat(dim: usize) -> Spec {
     let kw = b.op(Op::Geo(0));
     b.op(Op::AddTo(0, difference, kw));
     s.bond = b.tape(vec![]);
-    spec.sweeps = vec![s];
+    spec.sweeps = vec![s.keeping_all()];
     spec
 }

@@ -4,7 +4,7 @@
 //! bond by bond, has its registers before the first operation ([`Filled`]).
 use super::{Code, TapeError};
 use crate::body::Flavour;
-use crate::spec::{Op, Tape};
+use crate::spec::{Op, SweepSpec, Tape};
 
 /// Where a tape stands decides what it may read and do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -269,8 +269,13 @@ fn flavour_index(f: Flavour) -> usize {
 
 /// Registers that an operation reads.
 pub(crate) fn operands(op: &Op) -> Vec<u32> {
-    match *op {
-        Op::Case(r) => r.to_vec(),
+    let mut op = op.clone();
+    operands_mut(&mut op).into_iter().map(|r| *r).collect()
+}
+
+fn operands_mut(op: &mut Op) -> Vec<&mut u32> {
+    match op {
+        Op::Case(r) => r.iter_mut().collect(),
         Op::Add(a, b)
         | Op::Sub(a, b)
         | Op::Mul(a, b)
@@ -300,6 +305,31 @@ pub(crate) fn operands(op: &Op) -> Vec<u32> {
         | Op::PutHistory(_, a) => vec![a],
         _ => vec![],
     }
+}
+
+/// The bond tape of a sweep in a cloud: forms its reference-bond values from the streams, which it reads in their place.
+pub(crate) fn with_streams(s: &SweepSpec) -> Result<Tape, TapeError> {
+    let formed = &s.from_streams;
+    let mut ops = formed.ops.clone();
+    let by = ops.len() as u32;
+    for op in &s.bond.ops {
+        let mut op = op.clone();
+        if let Op::Geo(k) = op {
+            let value = formed
+                .outs
+                .get(k as usize)
+                .ok_or_else(|| TapeError(format!("no streams give reference-bond value {k}")))?;
+            // Another name of a register.
+            op = Op::Case([*value; 5]);
+        } else {
+            for r in operands_mut(&mut op) {
+                *r += by;
+            }
+        }
+        ops.push(op);
+    }
+    let outs = s.bond.outs.iter().map(|r| r + by).collect();
+    Ok(Tape { ops, outs })
 }
 
 fn kind(op: &Op) -> Kind {

@@ -3,7 +3,7 @@ use super::Code;
 use super::block::{AT_ONCE, Blocks, Columns, File, rows};
 use super::exec::{Leaves, Registers, run};
 use super::pack::{Leaf, Step};
-use crate::kernel::{Bond, Lane, Node};
+use crate::kernel::{Bond, Lane, Node, Streams};
 use crate::traverse::{Body, Rows};
 
 /// Most prologue values, and most accumulators, of an interpreted sweep.
@@ -17,6 +17,8 @@ pub struct TapeSweep {
     pub(crate) post: Code,
     /// One bit per accumulator that holds an extreme, which starts at minus infinity.
     pub(crate) extremes: u64,
+    /// Streams in a cloud, which are then what the bond tape reads as reference-bond values.
+    pub(crate) streams: usize,
 }
 
 struct AtNode<'a, L: Lane, N> {
@@ -69,6 +71,14 @@ impl<const D: usize> Body<D> for TapeSweep {
         for (k, &from) in self.post.outs.iter().enumerate() {
             node.out(k, r.number(from));
         }
+    }
+    #[inline(always)]
+    fn streams(&self) -> usize {
+        self.streams
+    }
+    #[inline(always)]
+    fn geo<L: Lane, B: Bond<L, D> + Streams<L>>(&self, bond: &B, k: usize) -> L {
+        bond.stream(k)
     }
 }
 

@@ -1,23 +1,33 @@
 //! Cloud traversal: neighbour lists in SELL-8, nodes in lanes.
-use super::{Body, CHUNK, Call, Nodes, Row, Rows};
-use crate::kernel::{Bond, norm_squared};
+use super::{Body, CHUNK, Call, Nodes, Row, Rows, Stream};
+use crate::kernel::{Bond, Streams, norm_squared};
 use crate::lane::{Memory, Record};
 use crate::tape::Blocks;
 
-/// Rows ahead at which the index and geometry streams are fetched.
+/// Rows ahead at which indices and streams are fetched.
 const AHEAD: usize = 24;
 
 /// One bond of each node of one part of a chunk.
-struct Column<'a, L: Memory, const D: usize, const MASKED: bool> {
+struct Column<'a, L: Memory, S, const D: usize, const MASKED: bool> {
     row: Row<'a, L, MASKED>,
-    geometry: &'a [*const f64],
+    sweep: &'a S,
+    streams: &'a [Stream],
     nbr: &'a [*const f64],
     index: *const u32,
     xi: [L; D],
     eta: [L; D],
 }
 
-impl<L: Memory, const D: usize, const MASKED: bool> Bond<L, D> for Column<'_, L, D, MASKED> {
+impl<L: Memory, S, const D: usize, const MASKED: bool> Streams<L> for Column<'_, L, S, D, MASKED> {
+    #[inline(always)]
+    fn stream(&self, k: usize) -> L {
+        unsafe { L::load(self.streams[k].at(self.row.cell())) }
+    }
+}
+
+impl<L: Memory, S: Body<D>, const D: usize, const MASKED: bool> Bond<L, D>
+    for Column<'_, L, S, D, MASKED>
+{
     #[inline(always)]
     fn xi(&self, a: usize) -> L {
         self.xi[a]
@@ -32,11 +42,7 @@ impl<L: Memory, const D: usize, const MASKED: bool> Bond<L, D> for Column<'_, L,
     }
     #[inline(always)]
     fn geo(&self, k: usize) -> L {
-        unsafe {
-            let p = self.geometry[k].add(self.row.cell());
-            L::prefetch(p.wrapping_add(AHEAD * CHUNK).cast());
-            L::load(p)
-        }
+        self.sweep.geo(self, k)
     }
     #[inline(always)]
     fn nbr(&self, k: usize) -> L {
@@ -101,10 +107,11 @@ unsafe fn across<L: Memory, const D: usize>(
 }
 
 /// The columns of one part of a chunk.
-struct Columns<'a, L: Memory, const D: usize, const MASKED: bool> {
+struct Columns<'a, L: Memory, S, const D: usize, const MASKED: bool> {
     call: &'a Call,
+    sweep: &'a S,
     nbr: &'a [*const f64],
-    geometry: &'a [*const f64],
+    streams: &'a [Stream],
     chunk: usize,
     part: usize,
     u: *const Record,
@@ -117,9 +124,11 @@ struct Columns<'a, L: Memory, const D: usize, const MASKED: bool> {
     count: usize,
 }
 
-impl<L: Memory, const D: usize, const MASKED: bool> Rows<L, D> for Columns<'_, L, D, MASKED> {
+impl<L: Memory, S: Body<D>, const D: usize, const MASKED: bool> Rows<L, D>
+    for Columns<'_, L, S, D, MASKED>
+{
     type Bond<'a>
-        = Column<'a, L, D, MASKED>
+        = Column<'a, L, S, D, MASKED>
     where
         Self: 'a;
     #[inline(always)]
@@ -127,12 +136,13 @@ impl<L: Memory, const D: usize, const MASKED: bool> Rows<L, D> for Columns<'_, L
         self.count
     }
     #[inline(always)]
-    unsafe fn bond(&self, k: usize) -> Column<'_, L, D, MASKED> {
+    unsafe fn bond(&self, k: usize) -> Column<'_, L, S, D, MASKED> {
         unsafe {
             let row = Row::<L, MASKED>::new(self.call, self.chunk, self.row + k, self.part);
             let index = self.call.index.add(row.cell());
             Column {
-                geometry: self.geometry,
+                sweep: self.sweep,
+                streams: self.streams,
                 nbr: self.nbr,
                 index,
                 xi: across(self.x, index, &self.xi),
@@ -143,8 +153,14 @@ impl<L: Memory, const D: usize, const MASKED: bool> Rows<L, D> for Columns<'_, L
     }
     #[inline(always)]
     fn ahead(&self, k: usize) {
-        let cell = (self.row + k + AHEAD) * CHUNK + self.part * L::W;
-        L::prefetch(self.call.index.wrapping_add(cell).cast());
+        let cell = (self.row + k) * CHUNK + self.part * L::W;
+        L::prefetch(self.call.index.wrapping_add(cell + AHEAD * CHUNK).cast());
+        let mut s = 0;
+        while s < self.sweep.streams() {
+            let here = self.streams[s].at(cell);
+            L::prefetch(here.wrapping_add(AHEAD * CHUNK).cast());
+            s += 1;
+        }
     }
 }
 
@@ -156,7 +172,7 @@ pub(super) unsafe fn chunks<L: Blocks, S: Body<D>, const D: usize, const MASKED:
     from: usize,
     to: usize,
 ) {
-    let (u, x, nbr, geometry) = (call.u_records, call.x_records, call.nbr, call.geometry);
+    let (u, x, nbr, streams) = (call.u_records, call.x_records, call.nbr, call.streams);
     let mut chunk = from;
     while chunk < to {
         unsafe {
@@ -175,10 +191,11 @@ pub(super) unsafe fn chunks<L: Blocks, S: Body<D>, const D: usize, const MASKED:
                     k += 1;
                 }
                 let mut nodes = Nodes::<MASKED>::new(call, chunk, part * L::W, at);
-                let columns = Columns::<L, D, MASKED> {
+                let columns = Columns::<L, S, D, MASKED> {
                     call,
+                    sweep,
                     nbr: &nbr,
-                    geometry: &geometry,
+                    streams: &streams,
                     chunk,
                     part,
                     u,

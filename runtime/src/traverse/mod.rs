@@ -12,15 +12,16 @@ mod lattice;
 
 pub(crate) use interpreted::interpreted;
 
-use crate::kernel::{Bond, Lane, Node, Sweep};
+use crate::kernel::{Bond, Lane, Node, Streams, Sweep};
 use crate::lane::{Memory, Record};
 use crate::tape::{Blocks, TapeSweep};
+use std::ptr::null;
 
 /// Nodes in a chunk, and bits in a row's mask.
 pub const CHUNK: usize = 8;
 /// Most slots that a sweep may list for reading at the node, at the other end, or for writing.
 pub const MAX_SLOTS: usize = 48;
-/// Most reference-bond values of a sweep.
+/// Most reference-bond values of a sweep, and most streams.
 pub const MAX_GEOMETRY: usize = 32;
 /// Most bond histories of a sweep.
 pub const MAX_HISTORIES: usize = 16;
@@ -54,9 +55,9 @@ pub struct Call {
     /// geometry.
     pub(crate) pattern: *const u32,
     pub(crate) records: *const *const f64,
-    /// Cloud: per row eight indices, and per geometry value eight numbers.
+    /// Cloud: per row eight indices, and what is kept of the bonds.
     pub(crate) index: *const u32,
-    pub(crate) geometry: [*const f64; MAX_GEOMETRY],
+    pub(crate) streams: [Stream; MAX_GEOMETRY],
     /// Per row eight values: committed, next, and the position of the reverse bond's value.
     pub(crate) history: [*const f64; MAX_HISTORIES],
     pub(crate) next: [*mut f64; MAX_HISTORIES],
@@ -67,6 +68,26 @@ pub struct Call {
 // SAFETY: a call is shared between threads that run disjoint chunks; what a chunk writes (its own slots, mask
 // bytes, histories and counter) no other chunk touches.
 unsafe impl Sync for Call {}
+
+/// Eight numbers per row of a cloud, or eight for all rows: what has one value on all bonds.
+#[derive(Clone, Copy)]
+pub(crate) struct Stream {
+    pub from: *const f64,
+    /// All bits set, or none.
+    pub cells: usize,
+}
+
+impl Stream {
+    pub const NONE: Stream = Stream {
+        from: null(),
+        cells: 0,
+    };
+
+    #[inline(always)]
+    fn at(self, cell: usize) -> *const f64 {
+        self.from.wrapping_add(cell & self.cells)
+    }
+}
 
 /// The bonds of the nodes of one part of a chunk, one of each node per row.
 pub(crate) trait Rows<L: Lane, const D: usize> {
@@ -87,6 +108,10 @@ pub(crate) trait Body<const D: usize> {
     /// # Safety
     /// The processor has the instruction set of the lane, and the rows are those of the node.
     unsafe fn run<L: Blocks, N: Node<L>, R: Rows<L, D>>(&self, node: &mut N, rows: &R);
+    /// Number of the streams in a cloud.
+    fn streams(&self) -> usize;
+    /// Reference-bond value from what a cloud keeps.
+    fn geo<L: Lane, B: Bond<L, D> + Streams<L>>(&self, bond: &B, k: usize) -> L;
 }
 
 impl<S: Sweep<D>, const D: usize> Body<D> for S {
@@ -103,6 +128,14 @@ impl<S: Sweep<D>, const D: usize> Body<D> for S {
             k += 1;
         }
         self.post(&pre, &acc, node);
+    }
+    #[inline(always)]
+    fn streams(&self) -> usize {
+        S::STREAMS
+    }
+    #[inline(always)]
+    fn geo<L: Lane, B: Bond<L, D> + Streams<L>>(&self, bond: &B, k: usize) -> L {
+        Sweep::geo(self, bond, k)
     }
 }
 

@@ -1,13 +1,16 @@
 //! PMB and frozen LPS as the generator emits them.
-use pdlang_runtime::kernel::{Bond, CompiledKernel, Entries, Lane, Node, Sweep};
+use pdlang_runtime::kernel::{
+    Bond, CompiledKernel, Entries, Lane, Node, Streams, Sweep, norm_squared,
+};
 use pdlang_runtime::sweep_entries;
 
-/// f = sum (c w) (1/x - 1/y) Y, broken where 1/y is below the limit; geometry (c w, limit).
+/// f = sum (c w) (1/x - 1/y) Y, broken where y^2 is above the limit; geometry (c w, limit), streams (c w, limit/x^2).
 pub struct PmbForce;
 
 impl Sweep<3> for PmbForce {
     type Pre<L: Lane> = [L; 0];
     type Acc<L: Lane> = [L; 3];
+    const STREAMS: usize = 2;
     #[inline(always)]
     fn zero<L: Lane>(&self) -> [L; 3] {
         [L::splat(0.0); 3]
@@ -25,7 +28,7 @@ impl Sweep<3> for PmbForce {
         let r4 = r1.fma(r1, r3);
         let r5 = r2.fma(r2, r4);
         let r6 = r5.rsqrt();
-        b.kill(r6.lt(b.geo(1)));
+        b.kill(b.geo(1).lt(r5));
         let r7 = b.ix().sub(r6);
         let r8 = b.geo(0).mul(r7);
         b.add(&mut acc[0], r8, r0);
@@ -38,15 +41,24 @@ impl Sweep<3> for PmbForce {
         n.out(1, acc[1]);
         n.out(2, acc[2]);
     }
+    #[inline(always)]
+    fn geo<L: Lane, B: Bond<L, 3> + Streams<L>>(&self, b: &B, k: usize) -> L {
+        match k {
+            0 => b.stream(0),
+            _ => b.stream(1).mul(norm_squared([b.xi(0), b.xi(1), b.xi(2)])),
+        }
+    }
 }
 
-/// theta m / 3 = sum (omega w x^2) (y (1/x - 1/y)); geometry (omega w x^2, limit).
+/// theta m / 3 = sum (omega w x^2) (y (1/x - 1/y)); geometry (omega w x^2, limit), streams (the same,
+/// limit/x^2).
 /// Own: 9 (3K - 5G) / m^2 for the first output A = (3K - 5G) theta / m.
 pub struct LpsDilatation;
 
 impl Sweep<3> for LpsDilatation {
     type Pre<L: Lane> = [L; 1];
     type Acc<L: Lane> = [L; 1];
+    const STREAMS: usize = 2;
     #[inline(always)]
     fn zero<L: Lane>(&self) -> [L; 1] {
         [L::splat(0.0); 1]
@@ -64,7 +76,7 @@ impl Sweep<3> for LpsDilatation {
         let r4 = r1.fma(r1, r3);
         let r5 = r2.fma(r2, r4);
         let r6 = r5.rsqrt();
-        b.kill(r6.lt(b.geo(1)));
+        b.kill(b.geo(1).lt(r5));
         let r7 = b.ix().sub(r6);
         let r8 = r5.mul(r6);
         let r9 = r8.mul(r7);
@@ -74,14 +86,23 @@ impl Sweep<3> for LpsDilatation {
     fn post<L: Lane, N: Node<L>>(&self, pre: &[L; 1], acc: &[L; 1], n: &mut N) {
         n.out(0, acc[0].mul(pre[0]));
     }
+    #[inline(always)]
+    fn geo<L: Lane, B: Bond<L, 3> + Streams<L>>(&self, b: &B, k: usize) -> L {
+        match k {
+            0 => b.stream(0),
+            _ => b.stream(1).mul(norm_squared([b.xi(0), b.xi(1), b.xi(2)])),
+        }
+    }
 }
 
-/// f = sum (omega w x) ((A_i + A_j) / y + (B_i + B_j) (1/x - 1/y)) Y; geometry (omega w x).
+/// f = sum (omega w x) ((A_i + A_j) / y + (B_i + B_j) (1/x - 1/y)) Y; geometry (omega w x),
+/// stream (omega w x^2).
 pub struct LpsForce;
 
 impl Sweep<3> for LpsForce {
     type Pre<L: Lane> = [L; 2];
     type Acc<L: Lane> = [L; 3];
+    const STREAMS: usize = 1;
     #[inline(always)]
     fn zero<L: Lane>(&self) -> [L; 3] {
         [L::splat(0.0); 3]
@@ -114,6 +135,10 @@ impl Sweep<3> for LpsForce {
         n.out(0, acc[0]);
         n.out(1, acc[1]);
         n.out(2, acc[2]);
+    }
+    #[inline(always)]
+    fn geo<L: Lane, B: Bond<L, 3> + Streams<L>>(&self, b: &B, _k: usize) -> L {
+        b.stream(0).mul(b.ix())
     }
 }
 

@@ -72,6 +72,8 @@ fn sweep(name: &str, stage: Stage) -> SweepSpec {
         out: vec![],
         history: vec![],
         geometry: Tape::default(),
+        streams: Tape::default(),
+        from_streams: Tape::default(),
         pre: Tape::default(),
         bond: Tape::default(),
         accumulators: 0,
@@ -109,9 +111,9 @@ impl Writer {
         let iy = self.op(Op::Rsqrt(s));
         (y, s, iy)
     }
-    fn kill(&mut self, iy: u32) {
+    fn kill(&mut self, square: u32) {
         let limit = self.op(Op::Geo(1));
-        let m = self.op(Op::Lt(iy, limit));
+        let m = self.op(Op::Lt(limit, square));
         self.op(Op::Kill(m));
     }
     fn stretch_part(&mut self, iy: u32) -> u32 {
@@ -123,16 +125,27 @@ impl Writer {
             self.op(Op::AddTo(a as u32, f, y));
         }
     }
-    /// 1 / (x (1 + s0)), s0 a constant.
-    fn limit(&mut self, s0: u32) -> u32 {
-        let (x, s0, one) = (
-            self.op(Op::X),
-            self.op(Op::Const(s0)),
-            self.op(Op::Lit(1.0)),
-        );
+    /// (1 + s0)^2, s0 a constant.
+    fn stretched(&mut self, s0: u32) -> u32 {
+        let (s0, one) = (self.op(Op::Const(s0)), self.op(Op::Lit(1.0)));
         let stretched = self.op(Op::Add(one, s0));
-        let longest = self.mul(x, stretched);
-        self.op(Op::Div(one, longest))
+        self.mul(stretched, stretched)
+    }
+    /// x^2 (1 + s0)^2.
+    fn limit(&mut self, s0: u32) -> u32 {
+        let x = self.op(Op::X);
+        let square = self.mul(x, x);
+        let stretched = self.stretched(s0);
+        self.mul(square, stretched)
+    }
+    /// The same in a cloud, where (1 + s0)^2 is a stream.
+    fn formed_limit(&mut self, stretched: u32) -> u32 {
+        let xi = [0, 1, 2].map(|a| self.op(Op::Xi(a)));
+        let s = self.mul(xi[0], xi[0]);
+        let s = self.op(Op::Fma(xi[1], xi[1], s));
+        let s = self.op(Op::Fma(xi[2], xi[2], s));
+        let stretched = self.op(Op::Geo(stretched));
+        self.mul(stretched, s)
     }
 }
 
@@ -152,9 +165,16 @@ pub fn pmb() -> Spec {
     let cw = g.mul(w, c);
     let limit = g.limit(1);
     s.geometry = g.tape(&[cw, limit]);
+    let mut g = Writer::default();
+    let (w, c) = (g.op(Op::Weight), g.op(Op::Const(0)));
+    let (cw, stretched) = (g.mul(w, c), g.stretched(1));
+    s.streams = g.tape(&[cw, stretched]);
+    let mut g = Writer::default();
+    let (cw, limit) = (g.op(Op::Geo(0)), g.formed_limit(1));
+    s.from_streams = g.tape(&[cw, limit]);
     let mut b = Writer::default();
-    let (y, _, iy) = b.deformed();
-    b.kill(iy);
+    let (y, square, iy) = b.deformed();
+    b.kill(square);
     let d = b.stretch_part(iy);
     let cw = b.op(Op::Geo(0));
     let f = b.mul(cw, d);
@@ -203,7 +223,7 @@ fn weighted_volume() -> SweepSpec {
     let a = p.op(Op::Div(a, m));
     let a = p.op(Op::Div(a, m));
     s.post = p.tape(&[bulk, a]);
-    s
+    s.keeping_all()
 }
 
 /// theta = 3/m sum w omega x e; A = (3K - 5G) theta/m.
@@ -215,12 +235,19 @@ fn dilatation() -> SweepSpec {
     let wx = g.mul(w, x);
     let limit = g.limit(2);
     s.geometry = g.tape(&[wx, limit]);
+    let mut g = Writer::default();
+    let (w, x) = (g.op(Op::Weight), g.op(Op::X));
+    let (wx, stretched) = (g.mul(w, x), g.stretched(2));
+    s.streams = g.tape(&[wx, stretched]);
+    let mut g = Writer::default();
+    let (wx, limit) = (g.op(Op::Geo(0)), g.formed_limit(1));
+    s.from_streams = g.tape(&[wx, limit]);
     let mut p = Writer::default();
     let own = p.op(Op::Own(0));
     s.pre = p.tape(&[own]);
     let mut b = Writer::default();
     let (_, square, iy) = b.deformed();
-    b.kill(iy);
+    b.kill(square);
     let d = b.stretch_part(iy);
     let y = b.mul(square, iy);
     let e = b.mul(y, d);
@@ -241,6 +268,14 @@ fn force() -> SweepSpec {
     let mut g = Writer::default();
     let w = g.op(Op::Weight);
     s.geometry = g.tape(&[w]);
+    let mut g = Writer::default();
+    let (w, x) = (g.op(Op::Weight), g.op(Op::X));
+    let wx = g.mul(w, x);
+    s.streams = g.tape(&[wx]);
+    let mut g = Writer::default();
+    let (wx, ix) = (g.op(Op::Geo(0)), g.op(Op::Ix));
+    let w = g.mul(wx, ix);
+    s.from_streams = g.tape(&[w]);
     let mut p = Writer::default();
     let own = [p.op(Op::Own(0)), p.op(Op::Own(1))];
     s.pre = p.tape(&own);

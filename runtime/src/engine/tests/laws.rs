@@ -68,6 +68,8 @@ pub fn sweep(name: &str, stage: Stage) -> SweepSpec {
         out: vec![],
         history: vec![],
         geometry: Tape::default(),
+        streams: Tape::default(),
+        from_streams: Tape::default(),
         pre: Tape::default(),
         bond: Tape::default(),
         accumulators: 0,
@@ -151,7 +153,7 @@ pub fn pmb(dim: usize) -> Spec {
         b.op(Op::AddTo(a as u32, f, y));
     }
     s.bond = b.tape(vec![]);
-    spec.sweeps = vec![s];
+    spec.sweeps = vec![s.keeping_all()];
     spec
 }
 
@@ -214,7 +216,7 @@ pub fn live(dim: usize) -> Spec {
         b.op(Op::AddTo(k as u32, t, y));
     }
     second.bond = b.tape(vec![]);
-    spec.sweeps = vec![volume, first, second];
+    spec.sweeps = [volume, first, second].map(SweepSpec::keeping_all).into();
     spec
 }
 
@@ -285,7 +287,7 @@ pub fn memory(dim: usize) -> Spec {
         ops: vec![Op::Pre(0), Op::Lit(2.0), Op::Add(0, 1)],
         outs: vec![2],
     };
-    spec.sweeps = vec![force, update];
+    spec.sweeps = [force, update].map(SweepSpec::keeping_all).into();
     spec
 }
 
@@ -342,6 +344,6 @@ pub fn heat(dim: usize) -> Spec {
     let d = b.op(Op::Sub(there, here));
     b.op(Op::AddTo(0, k, d));
     s.bond = b.tape(vec![]);
-    spec.sweeps = vec![s];
+    spec.sweeps = vec![s.keeping_all()];
     spec
 }
