@@ -213,10 +213,12 @@ impl Chooser<'_> {
     }
 }
 
-/// The factors, with a power of x and a number.
-fn product(b: &mut Builder, factors: &[u32], (power, number): (i32, Ratio), dim: usize) -> u32 {
-    let mut factors = factors.to_vec();
+/// The factors, with a power of x and a number. The power comes first: a sign goes into the last factor, and in front of
+/// a reciprocal it would cost a second division.
+fn product(b: &mut Builder, streams: &[u32], (power, number): (i32, Ratio), dim: usize) -> u32 {
+    let mut factors: Vec<u32> = Vec::new();
     factors.extend((power != 0).then(|| power_of_x(b, power, dim)));
+    factors.extend(streams);
     let value = factors.into_iter().reduce(|v, r| b.op(Op::Mul(v, r)));
     match value {
         None => b.lit(number.value()),

@@ -136,17 +136,15 @@ fn bonds(list: &mut List, sim: &Simulation, report: &Report) {
         "4 bytes a bond in a cloud",
         "a neighbour is a step on the lattice",
     );
-    let why = match lattice {
-        true => format!(
-            "{} numbers for each of {} kinds of bonds",
-            report.geometry, report.kinds
-        ),
-        false => format!(
-            "{} numbers a bond, computed once and read at every step",
-            report.geometry
-        ),
+    let (numbers, kinds) = (report.geometry, report.kinds);
+    let why = match (lattice, numbers) {
+        (true, _) => format!("{numbers} numbers for each of {kinds} kinds of bonds"),
+        (false, 0) => "the same for all bonds".into(),
+        (false, 1) => "a number a bond, computed once and read at every step".into(),
+        _ => format!("{numbers} numbers a bond, computed once and read at every step"),
     };
-    list.add("reference values of single bonds", !lattice, why);
+    let needed = !lattice && numbers > 0;
+    list.add("reference values of single bonds", needed, why);
     let loops = || {
         let step = report.work.iter().filter(|s| s.stage == Stage::Step);
         step.filter(|s| s.loops)
