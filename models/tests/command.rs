@@ -232,7 +232,7 @@ fn an_unstable_run_keeps_what_it_has() {
 
 #[test]
 fn a_wrong_command_line_is_two() {
-    let lines: [&[&str]; 12] = [
+    let lines: [&[&str]; 13] = [
         &[],
         &["fly"],
         &["run"],
@@ -245,6 +245,7 @@ fn a_wrong_command_line_is_two() {
         &["bench", "kernels", "--size", "0"],
         &["bench", "kernels", "--isa", "mmx"],
         &["bench", "scenes", "--steps", "0"],
+        &["bench", "growth", "--nodes", "10"],
     ];
     for line in lines {
         mentions(&pdlang(line, 2), &["--help"]);
@@ -629,4 +630,37 @@ fn a_plan_says_what_is_computed_and_what_not() {
     has(&computed, "nodes at rest: the scene");
     has(&computed, "pictures: ");
     assert!(!dir.join("out").exists(), "a plan leaves no files");
+}
+
+#[test]
+fn growth_is_timed_and_drawn() {
+    let plot = shown(&folder("growth").join("growth.svg"));
+    let line = "bench growth --nodes 1000 --seconds 0 --json --plot";
+    let words: Vec<&str> = line.split(' ').chain([plot.as_str()]).collect();
+    let rows: Vec<serde_json::Value> = serde_json::from_str(&pdlang(&words, 0)).expect("an array");
+    for row in &rows {
+        for key in ["nodes", "bonds", "ns_per_bond", "to_median"] {
+            assert!(row[key].as_f64().is_some_and(|n| n > 0.0), "{key} of {row}");
+        }
+    }
+    let cube = |row: &&serde_json::Value| {
+        row["law"] == "lps" && row["case"] == "cube" && row["nodes"] == 1000
+    };
+    let horizons: Vec<f64> = rows
+        .iter()
+        .filter(cube)
+        .filter_map(|row| row["horizon_dx"].as_f64())
+        .collect();
+    assert_eq!(horizons, [3.015, 1.5, 2.0, 3.015, 4.0, 5.0, 6.0, 8.0]);
+    let bonds = |case: &str| {
+        let row = rows.iter().find(|row| row["case"] == case);
+        row.and_then(|row| row["bonds"].as_u64())
+    };
+    assert!(bonds("ball") > bonds("rod") && bonds("rod") > bonds("sheet"));
+    mentions(
+        &String::from_utf8_lossy(&bytes(&plot)),
+        &["<svg", "ns per directed bond", "lps, jittered"],
+    );
+    let wrong = ["bench", "growth", "--seconds", "nan"];
+    mentions(&pdlang(&wrong, 1), &["--seconds"]);
 }

@@ -23,18 +23,25 @@ pub fn lps_params(s0: f64) -> Vec<f64> {
 }
 
 pub fn body(n: u32) -> Body {
+    lattice(3, [n; 3], |_| true)
+}
+
+/// The cells of a box that `keep` names: a square lattice in two dimensions, a row in one.
+pub fn lattice(dim: i32, shape: [u32; 3], keep: impl Fn([u32; 3]) -> bool) -> Body {
     let mut cell = vec![];
-    for k in 0..n {
-        for j in 0..n {
-            for i in 0..n {
-                cell.push([i, j, k]);
+    for k in 0..shape[2] {
+        for j in 0..shape[1] {
+            for i in 0..shape[0] {
+                if keep([i, j, k]) {
+                    cell.push([i, j, k]);
+                }
             }
         }
     }
     Body {
-        flavour: Flavour::Solid,
+        flavour: [Flavour::Bar, Flavour::PlaneStrain, Flavour::Solid][dim as usize - 1],
         x: cell.iter().map(|c| c.map(|c| c as f64 * DX)).collect(),
-        volume: vec![DX.powi(3); cell.len()],
+        volume: vec![DX.powi(dim); cell.len()],
         material: vec![],
         regions: vec![],
         horizon: vec![],
@@ -42,7 +49,7 @@ pub fn body(n: u32) -> Body {
         grid: Some(Grid {
             origin: [0.0; 3],
             spacing: DX,
-            shape: [n; 3],
+            shape,
             cell,
         }),
         spacing: DX,
@@ -58,6 +65,19 @@ pub fn jittered(n: u32, amplitude: f64) -> Body {
         for (a, x) in x.iter_mut().enumerate() {
             *x += amplitude * DX * signed(3 * node as u64 + a as u64);
         }
+    }
+    body
+}
+
+/// n^3 nodes whose spacing grows threefold along x, as do their horizons.
+pub fn graded(n: u32) -> Body {
+    let mut body = jittered(n, 0.0);
+    let stretch = |x: f64| x + x * x / (f64::from(n) * DX);
+    for (x, volume) in body.x.iter_mut().zip(&mut body.volume) {
+        let spacing = DX + 2.0 * x[0] / f64::from(n);
+        body.horizon.push(HORIZON / DX * spacing);
+        *volume *= spacing / DX;
+        x[0] = stretch(x[0]);
     }
     body
 }
@@ -81,8 +101,14 @@ pub fn engine(
     traversal: Traversal,
     isa: Isa,
 ) -> Result<Engine, SetupError> {
+    let settings = settings(&law, params, traversal, isa);
+    Engine::new(body, law, settings)
+}
+
+/// What the scene has besides its body.
+pub fn settings(law: &Law, params: Vec<f64>, traversal: Traversal, isa: Isa) -> Settings {
     let influence = |i: &InfluenceSpec| i.default.clone().map(|default| (default, vec![]));
-    let settings = Settings {
+    Settings {
         materials: vec![params],
         influences: law.spec.influences.iter().filter_map(influence).collect(),
         horizon: vec![HORIZON],
@@ -92,8 +118,7 @@ pub fn engine(
         without: vec![],
         traversal,
         isa: Some(isa),
-    };
-    Engine::new(body, law, settings)
+    }
 }
 
 /// A smooth displacement of about 1e-2 dx with some noise, so that no two bonds are alike.

@@ -1,6 +1,7 @@
 //! `pdlang bench kernels`: what a bond costs in the catalogue's kernels, beside loops written by hand. `pdlang bench scenes`
 //! is in a file of its own.
 
+mod growth;
 mod scenes;
 
 use std::io::{IsTerminal, stderr};
@@ -90,12 +91,14 @@ pub fn command() -> Command {
         .disable_help_subcommand(true)
         .subcommand(kernels)
         .subcommand(scenes)
+        .subcommand(growth::command())
 }
 
 pub fn execute(matches: &ArgMatches) -> Outcome {
     match matches.subcommand() {
         Some(("kernels", matches)) => kernels(matches),
         Some(("scenes", matches)) => compare_scenes(matches),
+        Some(("growth", matches)) => growth::execute(matches),
         // The parser has refused everything else.
         _ => Ok(()),
     }

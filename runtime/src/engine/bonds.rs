@@ -68,15 +68,20 @@ impl Engine {
     /// Whole neighbour volumes, without partial-volume factors; 0 for a node without neighbours.
     pub fn damage(&self, s: &State) -> Vec<f64> {
         let (family, intact) = (&self.families[0], &s.families[0].intact);
+        let mut volume = self.layout.volume.clone();
+        self.layout.ghosts.refresh(&mut volume);
         let mut by_slot = vec![0.0; self.layout.chunks() * CHUNK];
         by_slot
             .par_chunks_mut(CHUNK)
             .enumerate()
             .for_each(|(chunk, damage)| {
+                let rows = family.rows(chunk);
+                if family.present[rows.clone()] == intact[rows] {
+                    return;
+                }
                 let mut sums = [(0.0, 0.0); CHUNK];
                 family.for_each(&self.layout, chunk, |m| {
-                    let v = self.layout.volume[self.layout.ghosts.origin(m.other)];
-                    let (all, whole) = &mut sums[m.lane];
+                    let (v, (all, whole)) = (volume[m.other], &mut sums[m.lane]);
                     *all += v;
                     if intact[m.row] & m.bit() != 0 {
                         *whole += v;

@@ -71,6 +71,7 @@ impl Ghosts {
         }
     }
 
+    #[inline]
     pub fn origin(&self, slot: usize) -> usize {
         self.origin.get(slot).map_or(slot, |&s| s as usize)
     }
@@ -153,6 +154,33 @@ pub(crate) struct Kind {
     pub opposite: Option<u32>,
 }
 
+/// Slots at the other ends of the bonds of one chunk.
+#[derive(Clone, Copy)]
+enum Ends<'a> {
+    Steps {
+        first: usize,
+        base: i64,
+        kinds: &'a [Kind],
+        rows: &'a [u32],
+    },
+    List(&'a [u32]),
+}
+
+impl Ends<'_> {
+    #[inline]
+    fn slot(&self, row: usize, lane: usize) -> usize {
+        match *self {
+            Ends::Steps {
+                first,
+                base,
+                kinds,
+                rows,
+            } => (base + lane as i64 + kinds[rows[row - first] as usize].offset) as usize,
+            Ends::List(index) => index[row * CHUNK + lane] as usize,
+        }
+    }
+}
+
 /// A directed bond met by [`Family::for_each`].
 #[derive(Clone, Copy)]
 pub(crate) struct Met {
@@ -164,48 +192,59 @@ pub(crate) struct Met {
 }
 
 impl Met {
+    #[inline]
     pub fn bit(&self) -> u8 {
         1 << self.lane
     }
 }
 
 impl Family {
+    #[inline]
     pub fn rows(&self, chunk: usize) -> std::ops::Range<usize> {
         self.first[chunk] as usize..self.last[chunk] as usize
     }
 
     /// Slot of the other end.
     pub fn other(&self, layout: &Layout, chunk: usize, row: usize, lane: usize) -> usize {
+        self.ends(layout, chunk).slot(row, lane)
+    }
+
+    /// Where the bonds of a chunk lead to.
+    #[inline]
+    fn ends(&self, layout: &Layout, chunk: usize) -> Ends<'_> {
         match &self.shape {
-            Shape::Stencil(stencil) => {
-                let kind = &stencil.kinds
-                    [self.kinds(stencil, chunk)[row - self.rows(chunk).start] as usize];
-                (layout.base[chunk] as i64 + lane as i64 + kind.offset) as usize
-            }
-            Shape::List(index) => index[row * CHUNK + lane] as usize,
+            Shape::Stencil(stencil) => Ends::Steps {
+                first: self.first[chunk] as usize,
+                base: layout.base[chunk] as i64,
+                kinds: &stencil.kinds,
+                rows: self.kinds(stencil, chunk),
+            },
+            Shape::List(index) => Ends::List(index),
         }
     }
 
     /// Kinds of the rows of a chunk.
+    #[inline]
     fn kinds<'a>(&self, stencil: &'a Stencil, chunk: usize) -> &'a [u32] {
         let from = stencil.pattern[chunk] as usize;
         &stencil.patterns[from..from + self.rows(chunk).len()]
     }
 
     /// Visits the reference bonds of a chunk in the order of the sums.
+    #[inline]
     pub fn for_each(&self, layout: &Layout, chunk: usize, mut visit: impl FnMut(Met)) {
+        let (ends, base) = (self.ends(layout, chunk), layout.base[chunk] as usize);
         for row in self.rows(chunk) {
-            let bits = self.present[row];
-            for lane in 0..CHUNK {
-                if bits >> lane & 1 == 1 {
-                    let node = layout.base[chunk] as usize + lane;
-                    visit(Met {
-                        row,
-                        lane,
-                        node,
-                        other: self.other(layout, chunk, row, lane),
-                    });
-                }
+            let mut bits = self.present[row];
+            while bits != 0 {
+                let lane = bits.trailing_zeros() as usize;
+                bits &= bits - 1;
+                visit(Met {
+                    row,
+                    lane,
+                    node: base + lane,
+                    other: ends.slot(row, lane),
+                });
             }
         }
     }
