@@ -28,7 +28,7 @@ pub struct Family {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Horizon {
     /// [m]
-    Constant(f64),
+    Constant(f64, Range<usize>),
     /// In x, y and z.
     Expression(Expression, Range<usize>),
     /// A column of the point file [m].
@@ -39,7 +39,7 @@ impl Horizon {
     /// [m], where all nodes have the same.
     pub fn constant(&self) -> Option<f64> {
         match self {
-            Horizon::Constant(h) => Some(*h),
+            Horizon::Constant(h, _) => Some(*h),
             _ => None,
         }
     }
@@ -47,8 +47,9 @@ impl Horizon {
     /// Where the scene gives it.
     pub(super) fn span(&self) -> Range<usize> {
         match self {
-            Horizon::Constant(_) => 0..0,
-            Horizon::Expression(_, span) | Horizon::Column(_, span) => span.clone(),
+            Horizon::Constant(_, span)
+            | Horizon::Expression(_, span)
+            | Horizon::Column(_, span) => span.clone(),
         }
     }
 }
@@ -104,14 +105,14 @@ pub(super) fn horizon(section: &Section<'_>, spacing: Option<&Placed<f64>>) -> O
                     let expression = Expression { text, tape };
                     Some(Horizon::Expression(expression, value.span.clone()))
                 }
-                _ => constant(section, spacing).map(Horizon::Constant),
+                _ => constant(section, spacing),
             }
         }
-        _ => constant(section, spacing).map(Horizon::Constant),
+        _ => constant(section, spacing),
     }
 }
 
-fn constant(section: &Section<'_>, spacing: Option<&Placed<f64>>) -> Option<f64> {
+fn constant(section: &Section<'_>, spacing: Option<&Placed<f64>>) -> Option<Horizon> {
     let found = match (section.value("horizon").map(|v| &v.data), spacing) {
         (Some(Data::Text(text)), _) if multiple(text).is_some() => {
             let factor = multiple(text)?;
@@ -128,7 +129,7 @@ fn constant(section: &Section<'_>, spacing: Option<&Placed<f64>>) -> Option<f64>
     };
     let spacing = spacing?;
     if found.value >= spacing.value {
-        return Some(found.value);
+        return Some(Horizon::Constant(found.value, found.span));
     }
     let problem = Problem::new("the horizon is smaller than the spacing: no node has a neighbour")
         .at(found.span, format!("this is {} m", found.value))

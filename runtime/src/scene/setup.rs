@@ -97,8 +97,9 @@ impl Scene {
         Ok(body)
     }
 
-    /// Horizons of the nodes that have their own; the largest is that of their material.
+    /// Horizons of the nodes that have their own; the largest is that of their material. None reaches beyond the body.
     fn grade(&self, body: &mut Body, largest: &mut [f64]) -> Result<(), Problems> {
+        let reach = longest_bond(body);
         for (m, horizon) in self
             .material
             .horizons(&self.family.horizon)
@@ -106,6 +107,9 @@ impl Scene {
             .enumerate()
         {
             if horizon.constant().is_some() {
+                if let Some(error) = too_large(reach, largest[m]) {
+                    return Err(self.problem_at(horizon.span(), error));
+                }
                 continue;
             }
             let own = self.own_horizons(body, horizon);
@@ -115,7 +119,8 @@ impl Scene {
                 if body.material.get(node).copied().unwrap_or(0) as usize != m {
                     continue;
                 }
-                if let Some(error) = self.too_small(body.x[node], own) {
+                let error = self.too_small(body.x[node], own);
+                if let Some(error) = error.or_else(|| too_large(reach, own)) {
                     return Err(self.problem_at(horizon.span(), error));
                 }
                 body.horizon[node] = own;
@@ -128,7 +133,7 @@ impl Scene {
     /// Of all nodes, whatever their material.
     fn own_horizons(&self, body: &Body, horizon: &Horizon) -> Result<Vec<f64>, InputError> {
         match (horizon, &self.nodes) {
-            (Horizon::Constant(h), _) => Ok(vec![*h; body.x.len()]),
+            (Horizon::Constant(h, _), _) => Ok(vec![*h; body.x.len()]),
             (Horizon::Expression(e, _), _) => {
                 let function = e.function()?;
                 Ok(body.x.iter().map(|x| function.call(x)).collect())
@@ -204,6 +209,34 @@ impl Scene {
         };
         Problems::sorted(&self.source.path, &self.source.text, vec![problem])
     }
+}
+
+/// A bound of the distance between any two nodes [m]; none for a body so small that all its nodes may be one family.
+fn longest_bond(body: &Body) -> f64 {
+    let side = |a: usize| {
+        let along = || body.x.iter().map(|x| x[a]);
+        along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)
+    };
+    match body.x.len() {
+        0..=SMALL => f64::INFINITY,
+        _ => (0..3).map(|a| side(a).powi(2)).sum::<f64>().sqrt(),
+    }
+}
+
+/// Nodes.
+const SMALL: usize = 4096;
+
+fn too_large(reach: f64, horizon: f64) -> Option<InputError> {
+    (horizon > reach).then(|| {
+        InputError::new(
+            format!(
+                "a horizon of {} m reaches beyond the whole body, which measures {} m across",
+                short(horizon),
+                short(reach)
+            ),
+            "three times the spacing is usual: horizon = \"3 dx\"; a length without a unit is in metres",
+        )
+    })
 }
 
 /// Six digits.
