@@ -101,6 +101,7 @@ pub struct Target<'a> {
 
 impl Target<'_> {
     /// From the centre to a node in its present position, and the distance [m].
+    #[inline]
     fn ray(&self, center: [f64; 3], node: u32, u: &[Vec<f64>]) -> ([f64; 3], f64) {
         let s = self.slots[node as usize] as usize;
         let mut ray = [0.0; 3];

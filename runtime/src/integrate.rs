@@ -80,6 +80,7 @@ fn is_zero(values: &[f64]) -> bool {
 
 /// `u += dt * v` and the largest |dt v|. Eight independent maxima and sums let the compiler use vectors; a sum
 /// remembers what is not finite, which a maximum of floating-point numbers may forget.
+#[inline]
 fn advance(u: &mut [f64], v: &[f64], dt: f64) -> f64 {
     let (mut largest, mut sum) = ([0.0_f64; 8], [0.0_f64; 8]);
     let (whole, rest) = (u.len() / 8 * 8, u.len() % 8);
@@ -120,6 +121,7 @@ pub fn add_scaled(x: &mut [f64], y: &[f64], factor: f64) {
 }
 
 /// The larger of two magnitudes; NaN beats everything.
+#[inline]
 fn worse(a: f64, b: f64) -> f64 {
     if a >= b || a.is_nan() { a } else { b }
 }
@@ -144,6 +146,7 @@ pub fn total<const K: usize>(n: usize, term: impl Fn(usize) -> [f64; K] + Sync) 
     sum
 }
 
+#[inline]
 fn add<const K: usize>(sum: &mut [f64; K], term: [f64; K]) {
     sum.iter_mut().zip(term).for_each(|(s, t)| *s += t);
 }
