@@ -71,6 +71,12 @@ fn program(
         true => (&s.geometry, s.bond.clone()),
         false => (&s.streams, with_streams(s)?),
     };
+    if !choice.lattice {
+        // A cloud runs others in their place, but whether bonds may break is asked of these.
+        let limits = limits(spec, s, s.geometry.outs.len());
+        Code::new(&s.geometry, Place::Geometry, &limits, choice.flavour)?;
+        Code::new(&s.bond, Place::Bond, &limits, choice.flavour)?;
+    }
     let limits = limits(spec, s, geometry.outs.len());
     let code = |tape, place| Code::new(tape, place, &limits, choice.flavour);
     let tape = Box::new(TapeSweep {
