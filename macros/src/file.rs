@@ -1,6 +1,7 @@
 //! `include_model!("a.pd", "b.pd")`: files become items.
 
-use crate::report;
+use crate::{kinematics, report};
+use pdlang::assemble::Kinematics;
 use proc_macro2::TokenStream;
 use quote::{quote, quote_spanned};
 use std::path::PathBuf;
@@ -8,16 +9,17 @@ use syn::punctuated::Punctuated;
 use syn::{LitStr, Token};
 
 /// The items of all files, or the error of an argument that is not a path.
-pub fn include(paths: proc_macro::TokenStream) -> syn::Result<TokenStream> {
+pub fn include(paths: TokenStream) -> syn::Result<TokenStream> {
+    let (kinematics, paths) = kinematics::taken_off(paths);
     let paths =
-        syn::parse::Parser::parse(Punctuated::<LitStr, Token![,]>::parse_terminated, paths)?;
+        syn::parse::Parser::parse2(Punctuated::<LitStr, Token![,]>::parse_terminated, paths)?;
     Ok(paths
         .iter()
-        .map(|path| one(path).unwrap_or_else(syn::Error::into_compile_error))
+        .map(|path| one(path, kinematics).unwrap_or_else(syn::Error::into_compile_error))
         .collect())
 }
 
-fn one(literal: &LitStr) -> syn::Result<TokenStream> {
+fn one(literal: &LitStr, kinematics: Kinematics) -> syn::Result<TokenStream> {
     let path = literal.value();
     let text = read(&path).map_err(|why| syn::Error::new(literal.span(), why))?;
     let mut used = Vec::new();
@@ -25,7 +27,7 @@ fn one(literal: &LitStr) -> syn::Result<TokenStream> {
         used.push(path.to_string());
         read(path)
     };
-    let items = report::expand(&text, &path, &mut files, |diagnostic| {
+    let items = report::expand(&text, &path, &mut files, kinematics, |diagnostic| {
         let snippet = diagnostic.render(&text, &path, false);
         report::Report {
             message: report::plain(&snippet),

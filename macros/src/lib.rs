@@ -7,6 +7,7 @@
 //! and carry its diagnostics to the place in the source that they speak of.
 
 mod file;
+mod kinematics;
 mod layout;
 mod report;
 
@@ -24,15 +25,19 @@ use proc_macro::TokenStream;
 /// let law = pdlang_runtime::law::Law::compiled(&spring::LAW, 3);
 /// ```
 ///
+/// With the word `linearised` in front, the laws are those for small displacements.
+///
 /// Rust's lexer reads the text first. It refuses a prime as in `T'` and signs such as `·`: put a law that needs
 /// them into a file. Every error of the text is reported, each underlining its own tokens.
 #[proc_macro]
 pub fn model(tokens: TokenStream) -> TokenStream {
-    let layout = layout::Layout::of(tokens.into());
+    let (kinematics, tokens) = kinematics::taken_off(tokens.into());
+    let layout = layout::Layout::of(tokens);
     report::expand(
         &layout.text,
         "",
         &mut pdlang::files::nowhere,
+        kinematics,
         |diagnostic| report::Report::inline(diagnostic, &layout),
     )
     .into()
@@ -44,12 +49,14 @@ pub fn model(tokens: TokenStream) -> TokenStream {
 /// pdlang_macros::include_model!("laws/lps.pd", "laws/gpmb.pd");
 /// ```
 ///
+/// `include_model!(linearised "laws/lps.pd")` gives the laws for small displacements.
+///
 /// Paths start at the folder of the crate's `Cargo.toml`, those of a `use` at the folder of the file that it
 /// stands in. The crate is built again when a file changes. An
 /// error is reported at the path, with the lines of the file that it speaks of.
 #[proc_macro]
 pub fn include_model(paths: TokenStream) -> TokenStream {
-    file::include(paths)
+    file::include(paths.into())
         .unwrap_or_else(syn::Error::into_compile_error)
         .into()
 }

@@ -1,6 +1,7 @@
 //! What the library says about a text, as Rust items: the laws, or errors at their places.
 
 use crate::layout::Layout;
+use pdlang::assemble::Kinematics;
 use pdlang::diag::{Diagnostic, Severity};
 use pdlang::files::Files;
 use proc_macro2::{Delimiter, Group, Ident, Span, TokenStream};
@@ -52,13 +53,14 @@ pub fn expand(
     text: &str,
     path: &str,
     files: &mut Files,
+    kinematics: Kinematics,
     report: impl Fn(&Diagnostic) -> Report,
 ) -> TokenStream {
     let say = |diagnostic: &Diagnostic| match diagnostic.severity {
         Severity::Error => report(diagnostic).error(),
         Severity::Warning => report(diagnostic).warning(),
     };
-    match pdlang::compile::rust(text, path, files) {
+    match pdlang::compile::rust(text, path, files, kinematics) {
         Ok((items, warnings)) => warnings.iter().map(say).chain([items]).collect(),
         Err(findings) => findings
             .iter()

@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::path::Path;
 
+use pdlang::assemble::Kinematics;
 use pdlang::diag::Diagnostic;
 use pdlang::ir::{self, ExprKind};
 use pdlang::span::Span;
@@ -43,7 +44,21 @@ impl Language for Pdlang {
         if let Some(law) = registry::find(name).and_then(|entry| entry.compiled(dim)) {
             return Ok(law);
         }
-        interpreted(&find(name, directory)?, dim)
+        let source = source(name, directory)?;
+        interpreted(&source, dim, Kinematics::General).map_err(|d| source.broken(&d))
+    }
+
+    fn linearised(&self, name: &str, directory: &Path, dim: usize) -> Result<Law, LawError> {
+        let compiled = registry::find(name).and_then(|entry| entry.compiled_linearised(dim));
+        if let Some(law) = compiled {
+            return Ok(law);
+        }
+        let source = source(name, directory)?;
+        interpreted(&source, dim, Kinematics::Linearised).map_err(|found| LawError {
+            message: format!("the law `{name}` cannot be linearised"),
+            help: Some("leave `linearised` out".into()),
+            ..source.broken(&found)
+        })
     }
 
     fn influence(
@@ -72,11 +87,34 @@ impl Language for Pdlang {
 /// # Errors
 /// When there is no such law, or when its text has errors.
 pub fn find(name: &str, directory: &Path) -> Result<ir::Law, LawError> {
+    source(name, directory).map(|source| source.law)
+}
+
+/// A law and where it stands.
+struct Source {
+    /// As messages call it.
+    name: String,
+    text: String,
+    law: ir::Law,
+}
+
+impl Source {
+    fn broken(&self, diagnostics: &[Diagnostic]) -> LawError {
+        broken(&self.name, &self.text, diagnostics)
+    }
+}
+
+fn source(name: &str, directory: &Path) -> Result<Source, LawError> {
     if is_path(name) {
         return law_file(&directory.join(name));
     }
     let entry = registry::find(name).ok_or_else(|| unknown(name))?;
-    entry.law().map_err(|d| broken(name, name, entry.text, &d))
+    let law = entry.law().map_err(|d| broken(name, entry.text, &d))?;
+    Ok(Source {
+        name: name.into(),
+        text: entry.text.into(),
+        law,
+    })
 }
 
 /// A choice of influence function, as the compiler has it.
@@ -277,7 +315,7 @@ fn is_path(name: &str) -> bool {
     name.ends_with(".pd") || name.contains(['/', '\\'])
 }
 
-fn law_file(path: &Path) -> Result<ir::Law, LawError> {
+fn law_file(path: &Path) -> Result<Source, LawError> {
     let shown = path.display().to_string();
     let text = std::fs::read_to_string(path).map_err(|e| LawError {
         message: format!("cannot read the law file `{shown}`: {e}"),
@@ -286,11 +324,15 @@ fn law_file(path: &Path) -> Result<ir::Law, LawError> {
     })?;
     let checked = front::file_in(&text, &shown, &mut crate::files::read);
     if checked.diagnostics.iter().any(Diagnostic::is_error) {
-        return Err(broken(&shown, &shown, &text, &checked.diagnostics));
+        return Err(broken(&shown, &text, &checked.diagnostics));
     }
     let count = checked.laws.len();
     match (checked.laws.into_iter().next(), count) {
-        (Some(law), 1) => Ok(law),
+        (Some(law), 1) => Ok(Source {
+            name: shown,
+            text,
+            law,
+        }),
         _ => Err(LawError {
             message: format!("`{shown}` holds {count} laws"),
             help: Some("a scene needs a file with one law".into()),
@@ -299,15 +341,13 @@ fn law_file(path: &Path) -> Result<ir::Law, LawError> {
     }
 }
 
-fn interpreted(law: &ir::Law, dim: usize) -> Result<Law, LawError> {
-    let fail = |message: String| LawError {
-        message,
-        help: None,
-        report: None,
-    };
-    let spec = assemble::spec(law, dim)
-        .map_err(|_| fail(format!("`{}` is too large for exact arithmetic", law.name)))?;
-    let spec: Spec = carried(&spec).map_err(fail)?;
+fn interpreted(
+    source: &Source,
+    dim: usize,
+    kinematics: Kinematics,
+) -> Result<Law, Vec<Diagnostic>> {
+    let spec = assemble::spec(&source.law, dim, kinematics)?;
+    let spec: Spec = carried(&spec).map_err(|message| vec![Diagnostic::error("PD000", message)])?;
     Ok(Law::interpreted(spec))
 }
 
@@ -324,9 +364,9 @@ fn unknown(name: &str) -> LawError {
     }
 }
 
-fn broken(name: &str, path: &str, text: &str, diagnostics: &[Diagnostic]) -> LawError {
+fn broken(name: &str, text: &str, diagnostics: &[Diagnostic]) -> LawError {
     let errors = diagnostics.iter().filter(|d| d.is_error());
-    let shown: Vec<String> = errors.map(|d| d.render(text, path, false)).collect();
+    let shown: Vec<String> = errors.map(|d| d.render(text, name, false)).collect();
     LawError {
         message: format!("the law `{name}` has errors"),
         help: None,

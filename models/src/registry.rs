@@ -27,6 +27,11 @@ pub mod laws {
         "laws/laminate.pd",
         "laws/solid.pd"
     );
+
+    /// Those that are used most for small displacements, linearised.
+    pub mod linearised {
+        pdlang_macros::include_model!(linearised "laws/pmb.pd", "laws/lps.pd");
+    }
 }
 
 /// A law of the catalogue.
@@ -37,24 +42,36 @@ pub struct Entry {
     pub text: &'static str,
     /// Its kernels.
     pub kernels: &'static CompiledLaw,
+    /// Those for small displacements, where they are compiled in.
+    pub linearised: Option<&'static CompiledLaw>,
 }
 
 macro_rules! catalogue {
-    ($($name:ident),* $(,)?) => {
+    ($($name:ident $(and $form:ident)?),* $(,)?) => {
         &[$(Entry {
             name: stringify!($name),
             text: include_str!(concat!("../laws/", stringify!($name), ".pd")),
             kernels: &laws::$name::LAW,
+            linearised: form!($name $($form)?),
         }),*]
+    };
+}
+
+macro_rules! form {
+    ($name:ident) => {
+        None
+    };
+    ($name:ident linearised) => {
+        Some(&laws::linearised::$name::LAW)
     };
 }
 
 /// In the order in which the tables list them.
 pub const CATALOGUE: &[Entry] = catalogue![
-    pmb,
+    pmb and linearised,
     pmb_compression,
     gpmb,
-    lps,
+    lps and linearised,
     lps_frozen,
     heat,
     heat_state,
@@ -102,5 +119,10 @@ impl Entry {
     /// The law at a dimension, with its machine code.
     pub fn compiled(&self, dim: usize) -> Option<Law> {
         Law::compiled(self.kernels, dim).ok()
+    }
+
+    /// The same for small displacements.
+    pub fn compiled_linearised(&self, dim: usize) -> Option<Law> {
+        Law::compiled(self.linearised?, dim).ok()
     }
 }

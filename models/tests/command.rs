@@ -482,7 +482,14 @@ fn kernels_are_timed_beside_their_twins() {
         .map(|row| format!("{} {} {}", row["law"], row["body"], row["traversal"]).replace('"', ""))
         .collect();
     let bodies = ["lattice lattice", "cloud cloud", "jittered cloud"];
-    let laws = ["pmb", "lps", "heat", "correspondence_stabilised"];
+    let laws = [
+        "pmb",
+        "pmb linearised",
+        "lps",
+        "lps linearised",
+        "heat",
+        "correspondence_stabilised",
+    ];
     let all = laws.map(|law| bodies.map(|body| format!("{law} {body}")));
     assert_eq!(named, all.concat());
     for row in &rows {
@@ -539,6 +546,8 @@ fn scenes_are_timed_with_and_without_what_they_may_leave_out() {
     let both = [
         "breaking, with masks",
         "neighbour lists",
+        "general kinematics",
+        "general kinematics of a cloud",
         "nodes at rest",
         "energy at every step",
         "volume correction",
@@ -581,6 +590,45 @@ fn planned(scene: &str) -> [Vec<String>; 2] {
     })
 }
 
+/// Two laws are compiled for small displacements, others run interpreted; what is not linear is refused.
+#[test]
+fn a_scene_may_ask_for_small_displacements() {
+    let dir = folder("linearised");
+    let scene = |model: &str| {
+        let plate = PLATE.replace("\"lps\"", &format!("{model:?}\nlinearised = true"));
+        write(
+            dir.join(format!("{model}.toml")),
+            &format!("{plate}[time]\nsteps = 5\n"),
+        )
+    };
+    let out = dir.join("out");
+    for (model, compiled) in [("lps", true), ("lps_frozen", false)] {
+        let scene = scene(model);
+        let text = pdlang(&["run", &scene, "--out", &shown(&out)], 0);
+        assert!(text.contains(", linearised\n"), "{text}");
+        assert_eq!(
+            text.contains("include_model!(linearised"),
+            !compiled,
+            "{text}"
+        );
+        let summary = std::fs::read_to_string(out.join("summary.json")).expect("a summary");
+        let summary: serde_json::Value = serde_json::from_str(&summary).expect("JSON");
+        assert_eq!(summary["linearised"], true);
+        assert_eq!(summary["compiled"], compiled);
+        let [computed, out] = planned(&scene);
+        let kinematics = |i: &String| i.starts_with("general kinematics: the law is linearised");
+        assert!(out.iter().any(kinematics), "{computed:#?} {out:#?}");
+    }
+    let text = pdlang(&["run", &scene("lps_plastic")], 1);
+    assert!(
+        text.contains("its history `ep` remembers displacements"),
+        "{text}"
+    );
+    let passes = |more: &[&str]| pdlang(&[&["emit", "pmb", "--stage", "passes"], more].concat(), 0);
+    assert!(passes(&[]).contains("rsqrt"));
+    assert!(!passes(&["--linearised"]).contains("rsqrt"));
+}
+
 #[test]
 fn a_plan_says_what_is_computed_and_what_not() {
     let dir = folder("planned");
@@ -601,6 +649,7 @@ fn a_plan_says_what_is_computed_and_what_not() {
     let [computed, out] = planned(&breaking);
     for start in [
         "motion: ",
+        "general kinematics: ",
         "breaking: `",
         "sums over families: ",
         "stable step: at the start, and",

@@ -5,8 +5,10 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use crate::constants::Constants;
 use crate::damping;
 use crate::derive::{ForceState, force_state, tangent};
+use crate::diag::Diagnostic;
 use crate::direct;
-use crate::ir::{FamilyId, History, Home, Law, Reduction, Response, Shape};
+use crate::ir::{ExprId, FamilyId, History, Home, Law, Reduction, Response, Shape};
+use crate::linear::{self, Keep, Linear};
 use crate::lower::{Lowering, Reading, component_name, stored_components, stored_names};
 use crate::poly::{Algebra, Atom, AtomId, Func, Poly, StateKind};
 use crate::schedule::{Responses, Schedule};
@@ -18,10 +20,6 @@ use crate::streams;
 use crate::sweep;
 use crate::tape::Builder;
 use crate::units::Unit;
-
-/// A law whose coefficients do not fit exact arithmetic.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct TooLarge;
 
 struct Answers {
     responses: Responses,
@@ -36,17 +34,57 @@ pub enum Between<'a> {
     Schedule(&'a mut Algebra, &'a Schedule),
 }
 
+/// Displacements as large as they come, or what is left of the law for small ones.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Kinematics {
+    #[default]
+    General,
+    Linearised,
+}
+
+/// A law for every number of dimensions that it is meant for.
+///
+/// # Errors
+/// As [`spec`].
+pub fn specs(law: &Law, kinematics: Kinematics) -> Result<Vec<Spec>, Vec<Diagnostic>> {
+    let served = |dim: &usize| law.flavours.iter().any(|flavour| flavour.dim() == *dim);
+    let dims = (1..=3).filter(served);
+    dims.map(|dim| spec(law, dim, kinematics)).collect()
+}
+
 /// Compiles a law for bodies of `dim` dimensions.
-pub fn spec(law: &Law, dim: usize) -> Result<Spec, TooLarge> {
-    watched(law, dim, &mut |_| {})
+///
+/// # Errors
+/// A law whose coefficients do not fit exact arithmetic, or one that cannot be linearised.
+pub fn spec(law: &Law, dim: usize, kinematics: Kinematics) -> Result<Spec, Vec<Diagnostic>> {
+    watched(law, dim, kinematics, &mut |_| {})
 }
 
 /// As [`spec`]; `watch` sees what stands between the stages.
-pub fn watched(law: &Law, dim: usize, watch: &mut dyn FnMut(Between)) -> Result<Spec, TooLarge> {
+///
+/// # Errors
+/// As [`spec`].
+pub fn watched(
+    law: &Law,
+    dim: usize,
+    kinematics: Kinematics,
+    watch: &mut dyn FnMut(Between),
+) -> Result<Spec, Vec<Diagnostic>> {
     let mut algebra = Algebra::default();
     let mut lowering = Lowering::new(law, dim, &mut algebra);
+    let linearised = kinematics == Kinematics::Linearised;
+    if linearised {
+        let refused = linear::refused(law);
+        lowering.linear = Some(Linear::default());
+        if !refused.is_empty() {
+            return Err(refused);
+        }
+    }
     let weights = weights(&mut lowering);
     let mut answers = answers(&mut lowering);
+    if let Some(linear) = lowering.linear.take().filter(|l| !l.refused.is_empty()) {
+        return Err(linear.refused);
+    }
     answers.responses.weights = weights;
     let (parts, part_of) = parts(&mut lowering);
     answers.responses.parts = parts.iter().map(|part| part.1.clone()).collect();
@@ -77,7 +115,7 @@ pub fn watched(law: &Law, dim: usize, watch: &mut dyn FnMut(Between)) -> Result<
         .collect();
     let sweeps = streams::choose(&mut algebra, &mut constants, dim, written);
     if algebra.overflow {
-        return Err(TooLarge);
+        return Err(vec![too_large(law, dim)]);
     }
     let r = &answers.responses;
     let slot = |p: &Poly, s: &Schedule, stage| s.find(p, stage).map_or(0, |q| q.slot);
@@ -92,6 +130,7 @@ pub fn watched(law: &Law, dim: usize, watch: &mut dyn FnMut(Between)) -> Result<
         cites: law.cites.clone(),
         flavours: law.flavours.iter().map(|f| f.name()).collect(),
         dim,
+        linearised,
         params: law.params.iter().map(param).collect(),
         influences: law.influences.iter().map(influence).collect(),
         families,
@@ -219,6 +258,22 @@ fn rates(r: &Responses, algebra: &Algebra, schedule: &Schedule) -> Vec<RateSpec>
     r.rates.iter().map(rate).collect()
 }
 
+pub(crate) fn too_large(law: &Law, dim: usize) -> Diagnostic {
+    let place = law
+        .defs
+        .iter()
+        .map(|d| d.span)
+        .find(|s| !s.prelude)
+        .unwrap_or_default();
+    let message = format!("`{}` does not fit exact arithmetic in {dim}D", law.name);
+    Diagnostic::error("PD090", message)
+        .at(
+            place,
+            "multiplied out, this has coefficients beyond 38 digits or thousands of terms",
+        )
+        .help("write numbers with fewer digits, or name a part of the expression with `let`")
+}
+
 /// The weights; those that are the same from both ends of a bond are known as such from then on.
 fn weights(lowering: &mut Lowering) -> Vec<Poly> {
     let law = lowering.law;
@@ -243,9 +298,9 @@ fn answers(lowering: &mut Lowering) -> Answers {
     for response in &law.responses {
         match response {
             Response::Energy(e) => {
-                let part = lowering.value(*e, Reading::Split).remove(0);
+                let part = answer(lowering, *e, Reading::Split, Keep::Second).remove(0);
                 split = lowering.algebra.add(&split, &part);
-                let whole = lowering.value(*e, Reading::Whole).remove(0);
+                let whole = answer(lowering, *e, Reading::Whole, Keep::Second).remove(0);
                 let sum = lowering
                     .algebra
                     .add(&r.energy.take().unwrap_or_default(), &whole);
@@ -259,7 +314,9 @@ fn answers(lowering: &mut Lowering) -> Answers {
                 let parts = along_bond(lowering, *e);
                 add_state(lowering.algebra, &mut state, *family, parts);
             }
-            Response::Force(e) => of_node = Some(lowering.value(*e, Reading::Whole)),
+            Response::Force(e) => {
+                of_node = Some(answer(lowering, *e, Reading::Whole, Keep::First));
+            }
             Response::Rate(..) => {}
         }
     }
@@ -299,20 +356,25 @@ fn answers(lowering: &mut Lowering) -> Answers {
     }
 }
 
+fn answer(lowering: &mut Lowering, e: ExprId, reading: Reading, keep: Keep) -> Vec<Poly> {
+    let parts = lowering.value(e, reading);
+    lowering.small(e, parts, reading, keep)
+}
+
 /// A scalar state points along M.
-fn along_bond(lowering: &mut Lowering, e: crate::ir::ExprId) -> Vec<Poly> {
-    let value = lowering.value(e, Reading::Whole);
-    if lowering.law.exprs[e.index()].shape == Shape::Vector {
-        return value;
-    }
-    let inverse = lowering.algebra.poly(Atom::InverseY);
-    let along = lowering.algebra.mul(&value[0], &inverse);
-    (0..lowering.dim as u8)
-        .map(|a| {
+fn along_bond(lowering: &mut Lowering, e: ExprId) -> Vec<Poly> {
+    let mut value = lowering.value(e, Reading::Whole);
+    if lowering.law.exprs[e.index()].shape != Shape::Vector {
+        let inverse = lowering.algebra.poly(Atom::InverseY);
+        let along = lowering.algebra.mul(&value[0], &inverse);
+        let axes = 0..lowering.dim as u8;
+        let part = |a| {
             let y = lowering.algebra.poly(Atom::Y(a));
             lowering.algebra.mul(&along, &y)
-        })
-        .collect()
+        };
+        value = axes.map(part).collect();
+    }
+    lowering.small(e, value, Reading::Whole, Keep::First)
 }
 
 fn add_state(algebra: &mut Algebra, state: &mut ForceState, family: FamilyId, parts: Vec<Poly>) {
@@ -350,14 +412,19 @@ fn force(
     vectors
 }
 
-/// Force on i from j is along Y and knows nothing of either node but the bond.
+/// Force on i from j is along Y, or along xi, and knows nothing of either node but the bond.
 fn pairwise(algebra: &mut Algebra, state: &ForceState) -> bool {
-    state.values().all(|parts| {
-        parts.iter().enumerate().all(|(a, p)| {
-            let y = algebra.intern(Atom::Y(a as u8));
-            let plan = algebra.plan(p);
-            plan.iter()
-                .all(|t| t.own.is_none() && t.nbr.is_none() && t.step.degree(y) == 1)
+    let along_a_line = state.values().all(|parts| parts.len() == 1);
+    let directions: [fn(u8) -> Atom; 3] = [Atom::Y, Atom::Xi, Atom::Eta];
+    let count = if along_a_line { 3 } else { 2 };
+    directions[..count].iter().any(|direction| {
+        state.values().all(|parts| {
+            parts.iter().enumerate().all(|(a, p)| {
+                let along = algebra.intern(direction(a as u8));
+                let plan = algebra.plan(p);
+                plan.iter()
+                    .all(|t| t.own.is_none() && t.nbr.is_none() && t.step.degree(along) == 1)
+            })
         })
     })
 }
@@ -365,7 +432,7 @@ fn pairwise(algebra: &mut Algebra, state: &ForceState) -> bool {
 fn other_answers(lowering: &mut Lowering, r: &mut Responses) {
     let law = lowering.law;
     for b in &law.breaks {
-        let when = lowering.value(b.when, Reading::Whole).remove(0);
+        let when = answer(lowering, b.when, Reading::Whole, Keep::Sides).remove(0);
         match b.after {
             true => r.late_breaks.push((b.family, when)),
             false => r.breaks.push((b.family, when)),
@@ -394,7 +461,7 @@ fn other_answers(lowering: &mut Lowering, r: &mut Responses) {
         .iter()
         .filter(|d| d.home == Home::Node && !d.span.prelude)
     {
-        let parts = lowering.value(def.expr, Reading::Whole);
+        let parts = answer(lowering, def.expr, Reading::Whole, Keep::Shown);
         let named = parts.into_iter().enumerate().map(|(k, p)| {
             let name = format!("{}{}", def.name, component_name(def.shape, lowering.dim, k));
             if p.0.len() > 1 {
@@ -460,7 +527,7 @@ fn name_slots(schedule: &mut Schedule, r: &Responses) {
 }
 
 /// A node without intact bonds keeps its velocity.
-fn after_step(lowering: &mut Lowering, e: crate::ir::ExprId) -> Vec<Poly> {
+fn after_step(lowering: &mut Lowering, e: ExprId) -> Vec<Poly> {
     let replaced = lowering.value(e, Reading::Whole);
     let (one, all) = (Poly::int(1), FamilyId(0));
     let bonded = lowering.reduce(Reduction::Sum, all, &one, Reading::Whole);

@@ -3,6 +3,7 @@
 //! ```text
 //! text --front: parse, resolve, check--> ir::Law            no names left, shapes, homes and units right
 //!      --lower--> poly::Poly                                scalars of one dimension, equal things equal
+//!      --linear--> poly::Poly                               where it is asked for: what is left for small displacements
 //!      --derive--> force state, tangent                     from the energy, through the sums
 //!      --schedule--> drafts                                 which sum when, which node quantity where
 //!      --sweep, constants--> spec::Spec                     straight-line tapes; what the runtime reads
@@ -11,7 +12,7 @@
 
 use proc_macro2::TokenStream;
 
-use crate::assemble;
+use crate::assemble::{self, Kinematics};
 use crate::diag::Diagnostic;
 use crate::files::{self, Files};
 use crate::front;
@@ -39,14 +40,19 @@ pub struct Output {
 /// # Errors
 /// All errors (and warnings) of the text, if there is an error.
 pub fn compile(text: &str) -> Result<Output, Vec<Diagnostic>> {
-    compile_in(text, "", &mut files::nowhere)
+    compile_in(text, "", &mut files::nowhere, Kinematics::General)
 }
 
 /// As [`compile`], for the text of the file at `path`, which may use others.
 ///
 /// # Errors
 /// As [`compile`].
-pub fn compile_in(text: &str, path: &str, files: &mut Files) -> Result<Output, Vec<Diagnostic>> {
+pub fn compile_in(
+    text: &str,
+    path: &str,
+    files: &mut Files,
+    kinematics: Kinematics,
+) -> Result<Output, Vec<Diagnostic>> {
     let checked = front::file_in(text, path, files);
     if checked.diagnostics.iter().any(Diagnostic::is_error) {
         return Err(checked.diagnostics);
@@ -54,37 +60,16 @@ pub fn compile_in(text: &str, path: &str, files: &mut Files) -> Result<Output, V
     let laws = checked
         .laws
         .into_iter()
-        .map(law)
-        .collect::<Result<_, _>>()
-        .map_err(|d| vec![d])?;
+        .map(|law| {
+            let specs = assemble::specs(&law, kinematics)?;
+            Ok(Compiled { law, specs })
+        })
+        .collect::<Result<_, Vec<Diagnostic>>>()?;
     Ok(Output {
         laws,
         influences: checked.influences,
         warnings: checked.diagnostics,
     })
-}
-
-fn law(law: Law) -> Result<Compiled, Diagnostic> {
-    let at = |dim| assemble::spec(&law, dim).map_err(|_| too_large(&law, dim));
-    let served = |dim: &usize| law.flavours.iter().any(|flavour| flavour.dim() == *dim);
-    let specs = (1..=3).filter(served).map(at).collect::<Result<_, _>>()?;
-    Ok(Compiled { law, specs })
-}
-
-pub(crate) fn too_large(law: &Law, dim: usize) -> Diagnostic {
-    let place = law
-        .defs
-        .iter()
-        .map(|d| d.span)
-        .find(|s| !s.prelude)
-        .unwrap_or_default();
-    let message = format!("`{}` does not fit exact arithmetic in {dim}D", law.name);
-    Diagnostic::error("PD090", message)
-        .at(
-            place,
-            "multiplied out, this has coefficients beyond 38 digits or thousands of terms",
-        )
-        .help("write numbers with fewer digits, or name a part of the expression with `let`")
 }
 
 /// The laws of a text, which may use files, as Rust modules that name only the runtime's interface.
@@ -95,8 +80,9 @@ pub fn rust(
     text: &str,
     path: &str,
     files: &mut Files,
+    kinematics: Kinematics,
 ) -> Result<(TokenStream, Vec<Diagnostic>), Vec<Diagnostic>> {
-    let output = compile_in(text, path, files)?;
+    let output = compile_in(text, path, files, kinematics)?;
     let modules: TokenStream = output.laws.iter().map(|c| rust::module(&c.specs)).collect();
     Ok((modules, output.warnings))
 }

@@ -10,6 +10,7 @@
 use std::collections::HashMap;
 
 use crate::ir::{FieldId, Law, Response};
+use crate::linear::Keep;
 use crate::lower::{Lowering, Reading, stored_components};
 use crate::poly::{Algebra, Atom, AtomId, Collector, Func, Poly, StateKind};
 use crate::spec::Stepped;
@@ -44,6 +45,7 @@ pub fn rates(lowering: &mut Lowering) -> Vec<Rate> {
         };
         let shape = law.fields[field.index()].shape;
         let parts = lowering.stored(*e, shape, Reading::Whole);
+        let parts = lowering.small(*e, parts, Reading::Whole, Keep::First);
         let first = lowering.field_slots[field.index()];
         let unknown = unknown(lowering, law.fields[field.index()].half);
         let split: Option<Vec<(Poly, Poly)>> = parts

@@ -12,6 +12,7 @@ use std::collections::HashMap;
 use crate::ir::{
     BinaryOp, Builtin, CompareOp, ExprId, ExprKind, FamilyId, Flavour, Home, Law, Reduction, Shape,
 };
+use crate::linear::Linear;
 use crate::poly::{Algebra, Atom, Collector, Func, Monomial, Poly, Rate, StateKind};
 use crate::ratio::Ratio;
 
@@ -35,6 +36,8 @@ pub struct Lowering<'a> {
     /// First state slot of each field and of each node history.
     pub field_slots: Vec<u32>,
     pub history_slots: Vec<u32>,
+    /// Set where the law is linearised.
+    pub linear: Option<Linear>,
     defs: HashMap<(u32, Reading), Value>,
 }
 
@@ -100,6 +103,7 @@ impl<'a> Lowering<'a> {
             algebra,
             field_slots,
             history_slots,
+            linear: None,
             defs: HashMap::new(),
         }
     }

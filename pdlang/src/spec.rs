@@ -11,6 +11,8 @@ pub struct Spec {
     pub cites: Vec<String>,
     pub flavours: Vec<&'static str>,
     pub dim: usize,
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub linearised: bool,
     pub params: Vec<ParamSpec>,
     pub influences: Vec<InfluenceSpec>,
     pub families: Vec<FamilySpec>,

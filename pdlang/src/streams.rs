@@ -5,7 +5,8 @@
 //! `constant * rest * x^m`, each once for all sweeps of a family, from which a short tape per sweep forms the values:
 //!
 //! - The power m belongs to the rest; what lacks from it to n is formed from xi. It is the largest one that a sweep of the
-//!   stage `Step` needs, so that such sweeps multiply by 1/x only, which most of them form anyway.
+//!   stage `Step` needs, so that such sweeps multiply by 1/x only, which most of them form anyway. Where none does, and all
+//!   powers are even steps apart, it is the smallest: x^2 needs no root.
 //! - Where all values with a rest have one constant, it is a part of the stream. Otherwise the constants are streams of
 //!   their own: with one material, one number each.
 //! - What runs once, in the stage `Reference`, decides nothing: its streams are dropped behind it.
@@ -120,13 +121,11 @@ impl Chooser<'_> {
 
     fn share(&mut self) {
         let mut shared: BTreeMap<(u32, Poly), Shared> = BTreeMap::new();
-        let mut highest: BTreeMap<(u32, Poly), (bool, i32)> = BTreeMap::new();
+        let mut powers: BTreeMap<(u32, Poly), BTreeSet<(bool, i32)>> = BTreeMap::new();
         for v in &self.values {
             let key = (self.family(v), v.rest.clone());
-            // Those of a step come before all others, then the largest.
-            let rank = (self.stage(v) == Stage::Step, v.power);
-            let best = highest.entry(key.clone()).or_insert(rank);
-            *best = rank.max(*best);
+            let power = (self.stage(v) == Stage::Step, v.power);
+            powers.entry(key.clone()).or_default().insert(power);
             let entry = shared.entry(key).or_default();
             if self.stage(v) != Stage::Reference {
                 entry.constants.insert(v.constant.clone());
@@ -134,9 +133,18 @@ impl Chooser<'_> {
         }
         for (key, entry) in &mut shared {
             let bare = key.1 == Poly::int(1);
-            entry.power = if bare { 0 } else { highest[key].1 };
+            let root = self.forms_inverse_lengths(key.0);
+            entry.power = if bare { 0 } else { best(&powers[key], root) };
         }
         self.shared = shared;
+    }
+
+    /// Whether a sweep over the family forms 1/x at every step for itself.
+    fn forms_inverse_lengths(&self, family: u32) -> bool {
+        let sweeps = self.sweeps.iter();
+        sweeps
+            .filter(|s| s.family == family && s.stage == Stage::Step)
+            .any(|s| s.bond.ops.iter().any(|op| matches!(op, Op::Ix)))
     }
 
     /// One stream, or a constant and a rest.
@@ -210,6 +218,18 @@ impl Chooser<'_> {
         }
         let p = self.algebra.scale(&p, number);
         self.constants.geometry(self.algebra, kept, &p)
+    }
+}
+
+/// The power to keep, of those that are needed, in a step or not; `root`: 1/x is there anyway.
+fn best(powers: &BTreeSet<(bool, i32)>, root: bool) -> i32 {
+    let any = powers.iter().any(|(in_step, _)| *in_step);
+    let counted = || powers.iter().filter(|(in_step, _)| *in_step == any);
+    let all = || counted().map(|(_, n)| *n);
+    let (least, most) = (all().min().unwrap_or(0), all().max().unwrap_or(0));
+    match !root && all().all(|n| (n - least) % 2 == 0) {
+        true => least,
+        false => most,
     }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! Contract. The prologue tape reads node slots and constants and hands values on; the bond tape starts
 //! with the break test, then adds to accumulators; the epilogue forms the node quantities. A vector sum
-//! along Y is recognised: its scalar factor is formed once and multiplied into Y. What clouds keep of the geometry is
+//! along Y, xi or eta is recognised: the factor of each is formed once for all components. What clouds keep of the geometry is
 //! chosen afterwards, for all sweeps of a law ([`crate::streams`]).
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -26,6 +26,9 @@ enum Factor {
     Inverse(AtomId),
     Constant(Poly),
 }
+
+/// The components of Y, xi or eta.
+type Direction = fn(u8) -> Atom;
 
 pub struct SweepWriter<'a> {
     algebra: &'a mut Algebra,
@@ -148,9 +151,9 @@ impl SweepWriter<'_> {
         for v in vectors {
             if v.iter().all(|s| left.contains(s)) {
                 let bodies: Vec<Poly> = v.iter().map(|s| self.weighted(*s)).collect();
-                if let Some(central) = self.central(&bodies) {
+                if let Some(along) = self.directed(&bodies) {
                     left.retain(|s| !v.contains(s));
-                    self.add_along_y(v, &central);
+                    self.add_along(v, &along);
                 }
             }
         }
@@ -191,30 +194,50 @@ impl SweepWriter<'_> {
         self.algebra.weighted(reduction, &body)
     }
 
-    /// The common factor phi, if component a is phi times Y_a.
-    fn central(&mut self, bodies: &[Poly]) -> Option<Poly> {
-        let mut common: Option<Poly> = None;
-        for (a, body) in bodies.iter().enumerate() {
-            let y = self.algebra.intern(Atom::Y(a as u8));
-            if body.0.iter().any(|(m, _)| m.degree(y) != 1) {
-                return None;
+    /// What components have in common: their factor of every direction, if each term is along one.
+    fn directed(&mut self, bodies: &[Poly]) -> Option<Vec<(Direction, Poly)>> {
+        let mut left = bodies.to_vec();
+        let mut along = Vec::new();
+        for direction in [Atom::Y, Atom::Xi, Atom::Eta] as [Direction; 3] {
+            let mut common: Option<Poly> = None;
+            for (a, body) in left.iter_mut().enumerate() {
+                let axis = self.algebra.intern(direction(a as u8));
+                let (with, without) = body.0.drain(..).partition(|(m, _)| m.degree(axis) == 1);
+                body.0 = without;
+                let factor = |(m, c): &(Monomial, Ratio)| (m.without(axis), *c);
+                let with: &Vec<(Monomial, Ratio)> = &with;
+                let mut phi = Poly(with.iter().map(factor).collect());
+                phi.0.sort();
+                if common.get_or_insert_with(|| phi.clone()) != &phi {
+                    return None;
+                }
             }
-            let mut phi = Poly(body.0.iter().map(|(m, c)| (m.without(y), *c)).collect());
-            phi.0.sort();
-            if common.as_ref().is_some_and(|c| *c != phi) {
-                return None;
-            }
-            common = Some(phi);
+            along.extend(common.filter(|p| !p.is_zero()).map(|p| (direction, p)));
         }
-        common.filter(|p| !p.is_zero())
+        let all = left.iter().all(Poly::is_zero);
+        (all && !along.is_empty()).then_some(along)
     }
 
-    fn add_along_y(&mut self, sums: &[AtomId], phi: &Poly) {
-        let phi = self.bond_value(phi);
+    fn add_along(&mut self, sums: &[AtomId], along: &[(Direction, Poly)]) {
+        let phis: Vec<u32> = along.iter().map(|(_, phi)| self.bond_value(phi)).collect();
         for (a, sum) in sums.iter().enumerate() {
             let k = self.accumulator(*sum);
-            let y = self.y(a as u8);
-            self.bond.effect(Op::AddTo(k, phi, y));
+            let axis = |w: &mut Self, direction: Direction| {
+                let axis = w.algebra.intern(direction(a as u8));
+                w.bond_atom(axis)
+            };
+            let first = axis(self, along[0].0);
+            if phis.len() == 1 {
+                self.bond.effect(Op::AddTo(k, phis[0], first));
+                continue;
+            }
+            let mut value = self.bond.op(Op::Mul(phis[0], first));
+            for (phi, (direction, _)) in phis.iter().zip(along).skip(1) {
+                let axis = axis(self, *direction);
+                value = self.bond.op(Op::Fma(*phi, axis, value));
+            }
+            let one = self.bond.lit(1.0);
+            self.bond.effect(Op::AddTo(k, value, one));
         }
     }
 
@@ -252,7 +275,31 @@ impl SweepWriter<'_> {
             let yy = self.squared_length();
             return self.bond.op(Op::Lt(geo, yy));
         }
+        if let Some([left, right]) = self.without_lengths_below(p) {
+            let left = self.geometry_value(Some(&left));
+            let right = self.bond_value(&right);
+            return self.bond.op(Op::Lt(left, right));
+        }
         self.bond_value(p)
+    }
+
+    /// C x^n and p, if the condition is C < p x^-n with a constant C and no length of the deformed bond.
+    fn without_lengths_below(&mut self, p: &Poly) -> Option<[Poly; 2]> {
+        let Atom::Func(Func::Lt, args) = self.algebra.atom(p.as_atom()?).clone() else {
+            return None;
+        };
+        let (x, e) = (
+            self.algebra.intern(Atom::X),
+            self.algebra.intern(Atom::Extension),
+        );
+        let terms = || args[1].0.iter().map(|(m, _)| m);
+        let constant = self.algebra.nature_of(&args[0]).home == Home::Constant;
+        let n = terms().map(|m| -m.degree(x)).max().filter(|n| *n > 0)?;
+        if !constant || terms().any(|m| m.degree(e) != 0) {
+            return None;
+        }
+        let lengths = Poly::power(x, n);
+        Some([0, 1].map(|k| self.algebra.mul(&args[k], &lengths)))
     }
 
     /// C if the condition is C < e/x with a constant C.

@@ -100,6 +100,12 @@ pub trait Language: Sync {
     /// When there is no such law, or when its text has errors.
     fn law(&self, name: &str, directory: &Path, dim: usize) -> Result<Law, LawError>;
 
+    /// A law as [`Language::law`] gives it, for small displacements: its force is the slope of the law's at rest.
+    ///
+    /// # Errors
+    /// When the law has no such form, and as for [`Language::law`].
+    fn linearised(&self, name: &str, directory: &Path, dim: usize) -> Result<Law, LawError>;
+
     /// An influence function with the values of its parameters in SI units, from a call such as
     /// `softened(p = 0, eps = 0.5 mm)` or an expression in `x` such as `1/x`; `constants` may stand for numbers.
     ///

@@ -15,6 +15,9 @@ pub struct Spec {
     /// Names of the flavours that the law is meant for; none: all.
     pub flavours: Vec<String>,
     pub dim: usize,
+    /// Holds for small displacements only: forces are linear in them, and directions those of the reference.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub linearised: bool,
     pub params: Vec<ParamSpec>,
     pub influences: Vec<InfluenceSpec>,
     /// The first is the whole horizon.
@@ -43,7 +46,8 @@ pub struct Spec {
     pub after_step: Vec<u32>,
     /// True when a bond can break.
     pub breaks: bool,
-    /// Proved by the compiler: the force on i from j is minus the force on j from i, along M.
+    /// Proved by the compiler: the force on i from j is minus the force on j from i, along M, or along xi
+    /// where the law is linearised.
     pub pairwise: bool,
     /// Node values with a name in the law that a user may ask for as output: (name, slots).
     pub named: Vec<(String, Vec<u32>)>,

@@ -3,6 +3,7 @@
 
 use std::collections::{BTreeMap, HashSet};
 
+use pdlang::assemble::Kinematics;
 use pdlang::ir;
 use pdlang::lower::stored_components;
 use pdlang::oracle::{self, Oracle, Value};
@@ -117,7 +118,13 @@ impl Difference {
 /// The compiled form of a law, as the runtime reads it. Every stage of the compiler is checked, and that nothing gets
 /// lost between the two.
 pub fn spec(law: &ir::Law, dim: usize) -> Spec {
-    let (spec, unsound) = pdlang::sound::compiled(law, dim).expect("the law compiles");
+    spec_for(law, dim, Kinematics::General)
+}
+
+/// As [`spec`], for small displacements too.
+pub fn spec_for(law: &ir::Law, dim: usize, kinematics: Kinematics) -> Spec {
+    let made = pdlang::sound::compiled(law, dim, kinematics);
+    let (spec, unsound) = made.expect("the law compiles");
     assert!(unsound.is_empty(), "{} in {dim}D: {unsound:#?}", law.name);
     let json = spec.json();
     let read: Spec =

@@ -5,7 +5,8 @@
 //! test --release -p pdlang-tests --test instructions` writes the table anew: read the difference.
 #![cfg(target_arch = "x86_64")]
 
-use pdlang_models::registry::CATALOGUE;
+use pdlang_models::registry::{CATALOGUE, Entry};
+use pdlang_runtime::engine::Law;
 use pdlang_runtime::kernel::{Bond, Entries, Instances, Lane, Node, Run, Streams, Sweep};
 use pdlang_runtime::spec::{Op, Stage, SweepSpec};
 use pdlang_runtime::sweep_entries;
@@ -154,10 +155,15 @@ impl Loops<'_> {
 
 /// Every sweep of the catalogue that has bonds and runs at every step, in two and three dimensions.
 fn visit(mut each: impl FnMut(Loops)) {
-    for entry in CATALOGUE {
-        for kernel in entry.kernels.kernels.iter().filter(|k| k.dim > 1) {
-            let spec = entry
-                .compiled(kernel.dim)
+    let of = |entry: &'static Entry| {
+        let linearised = entry
+            .linearised
+            .map(|law| (format!("{}_linearised", entry.name), law));
+        std::iter::once((entry.name.to_string(), entry.kernels)).chain(linearised)
+    };
+    for (name, compiled) in CATALOGUE.iter().flat_map(of) {
+        for kernel in compiled.kernels.iter().filter(|k| k.dim > 1) {
+            let spec = Law::compiled(compiled, kernel.dim)
                 .expect("a law of the catalogue")
                 .spec;
             for (position, entries) in kernel.sweeps {
@@ -173,7 +179,7 @@ fn visit(mut each: impl FnMut(Loops)) {
                         } else {
                             instances.lattice
                         };
-                        let (law, dim) = (entry.name, kernel.dim);
+                        let (law, dim) = (name.as_str(), kernel.dim);
                         let number = sweep.family as usize;
                         let family = (number > 0).then(|| spec.families[number].name.as_str());
                         each(Loops {

@@ -30,7 +30,14 @@ const APART: f64 = 1e-9;
 /// Of the nodes of a jittered cloud, in every direction, in spacings.
 const JITTER: f64 = 0.2;
 
-const LAWS: [&str; 4] = ["pmb", "lps", "heat", "correspondence_stabilised"];
+const LAWS: [&str; 6] = [
+    "pmb",
+    "pmb linearised",
+    "lps",
+    "lps linearised",
+    "heat",
+    "correspondence_stabilised",
+];
 const COLUMNS: [&str; 11] = [
     "law",
     "body",
@@ -265,7 +272,10 @@ fn rounded(value: f64) -> f64 {
 }
 
 fn engine(law: &str, body: &Body, traversal: Traversal, isa: Isa) -> Result<Engine, Failure> {
-    let compiled = registry::find(law).and_then(|entry| entry.compiled(3));
+    let compiled = match law.strip_suffix(" linearised") {
+        Some(law) => registry::find(law).and_then(|entry| entry.compiled_linearised(3)),
+        None => registry::find(law).and_then(|entry| entry.compiled(3)),
+    };
     let law = compiled.ok_or_else(|| Failure::plain(format!("{law} is not compiled")))?;
     let params = law.spec.params.iter().map(|p| parameter(&p.name)).collect();
     scene::engine(body, law, params, traversal, isa).map_err(Failure::plain)

@@ -1,7 +1,8 @@
 //! `pdlang emit`: a law at any stage of its journey, printed.
 
 use clap::builder::PossibleValuesParser;
-use clap::{Arg, ArgMatches, Command};
+use clap::{Arg, ArgAction, ArgMatches, Command};
+use pdlang::assemble::Kinematics;
 use pdlang::emit::{self, Stage};
 use pdlang_models::{files, registry};
 
@@ -23,6 +24,12 @@ pub fn command() -> Command {
                 .required(true)
                 .value_parser(PossibleValuesParser::new(Stage::ALL.map(Stage::name))),
         )
+        .arg(
+            Arg::new("linearised")
+                .long("linearised")
+                .help("Passes and kernels for small displacements")
+                .action(ArgAction::SetTrue),
+        )
         .after_help(
             "ast: the tree as it was read. ir: after all checks. passes: the sweeps of each dimension. \
              rust: the kernels. latex, markdown: the page of the law.",
@@ -37,7 +44,18 @@ pub fn execute(matches: &ArgMatches) -> Outcome {
         return Ok(());
     };
     let Text { text, path, link } = read(law)?;
-    match emit::emit_in(&text, &path, &mut files::read, stage, Some(&link)) {
+    let kinematics = match matches.get_flag("linearised") {
+        true => Kinematics::Linearised,
+        false => Kinematics::General,
+    };
+    match emit::emit_in(
+        &text,
+        &path,
+        &mut files::read,
+        stage,
+        kinematics,
+        Some(&link),
+    ) {
         Ok(shown) => {
             print!("{shown}");
             Ok(())

@@ -12,6 +12,9 @@ use serde_json::{Map, Value};
 /// How a law becomes two to four times as fast.
 const COMPILE: &str = "name the file in pdlang_macros::include_model!(\"..\") in a Rust program, or put it into models/laws and models/src/registry.rs and build again";
 
+/// The same of a law for small displacements.
+const COMPILE_LINEARISED: &str = "name the file in pdlang_macros::include_model!(linearised \"..\") in a Rust program, or put it into `linearised` of models/src/registry.rs and build again";
+
 /// Part of empty lanes that is worth a word.
 const WASTE: f64 = 0.05;
 
@@ -54,7 +57,8 @@ pub fn of(scene: &Scene, simulation: &Simulation) -> Statement {
         lines: Vec::new(),
     };
     let spec = &scene.material.law.spec;
-    s.add("law", format!("{}: {}", spec.law, spec.title));
+    let form = if spec.linearised { ", linearised" } else { "" };
+    s.add("law", format!("{}: {}{form}", spec.law, spec.title));
     s.add("from", spec.cites.join("; "));
     for (k, shown) in parameters(scene).into_iter().enumerate() {
         let label = match k {
@@ -187,7 +191,11 @@ fn body(s: &mut Statement, scene: &Scene, simulation: &Simulation) {
         ),
     );
     if compiled == 0 {
-        s.add("to compile", COMPILE);
+        let how = match simulation.spec.linearised {
+            true => COMPILE_LINEARISED,
+            false => COMPILE,
+        };
+        s.add("to compile", how);
     }
     s.add(
         "memory",

@@ -9,7 +9,7 @@ mod latex;
 mod page;
 mod symbols;
 
-use crate::assemble;
+use crate::assemble::{self, Kinematics};
 use crate::diag::Diagnostic;
 use crate::files::{self, Files};
 use crate::front;
@@ -58,10 +58,18 @@ impl Stage {
 /// # Errors
 /// All findings, when one of them is an error.
 pub fn emit(text: &str, stage: Stage, link: Option<&str>) -> Result<String, Vec<Diagnostic>> {
-    emit_in(text, "", &mut files::nowhere, stage, link)
+    emit_in(
+        text,
+        "",
+        &mut files::nowhere,
+        stage,
+        Kinematics::General,
+        link,
+    )
 }
 
-/// As [`emit`], for the text of the file at `path`, which may use others.
+/// As [`emit`], for the text of the file at `path`, which may use others. Passes and kernels are those of the
+/// kinematics; the other stages are of the law as it is written.
 ///
 /// # Errors
 /// As [`emit`].
@@ -70,6 +78,7 @@ pub fn emit_in(
     path: &str,
     files: &mut Files,
     stage: Stage,
+    kinematics: Kinematics,
     link: Option<&str>,
 ) -> Result<String, Vec<Diagnostic>> {
     let source = front::source(text, path, files);
@@ -81,20 +90,17 @@ pub fn emit_in(
         Ok(match stage {
             Stage::Ast => ast::model(model),
             Stage::Ir => ir::law(law),
-            Stage::Passes => specs(law)?.iter().map(ToString::to_string).collect(),
-            Stage::Rust => laid_out(&rust::module(&specs(law)?).to_string()),
+            Stage::Passes => {
+                let specs = assemble::specs(law, kinematics)?;
+                specs.iter().map(ToString::to_string).collect()
+            }
+            Stage::Rust => laid_out(&rust::module(&assemble::specs(law, kinematics)?).to_string()),
             Stage::Latex => page::latex(law, model, &source),
             Stage::Markdown => page::markdown(law, model, &source, link),
         })
     };
     let parts: Result<Vec<String>, Vec<Diagnostic>> = laws.map(one).collect();
     Ok(parts?.join("\n"))
-}
-
-fn specs(law: &crate::ir::Law) -> Result<Vec<crate::spec::Spec>, Vec<Diagnostic>> {
-    (1..=3)
-        .map(|dim| assemble::spec(law, dim).map_err(|_| vec![crate::compile::too_large(law, dim)]))
-        .collect()
 }
 
 /// Rust tokens with a statement per line. What stands between quotes is left alone.

@@ -16,7 +16,8 @@ mod tapes;
 pub use law::law;
 pub use spec::{spec, unread};
 
-use crate::assemble::{self, Between, TooLarge};
+use crate::assemble::{self, Between, Kinematics};
+use crate::diag::Diagnostic;
 use crate::ir::Law;
 use crate::spec::Spec;
 
@@ -44,9 +45,13 @@ impl Report {
 ///
 /// # Errors
 /// As [`assemble::spec`].
-pub fn compiled(checked: &Law, dim: usize) -> Result<(Spec, Vec<String>), TooLarge> {
+pub fn compiled(
+    checked: &Law,
+    dim: usize,
+    kinematics: Kinematics,
+) -> Result<(Spec, Vec<String>), Vec<Diagnostic>> {
     let mut found = law(checked);
-    let made = assemble::watched(checked, dim, &mut |between| match between {
+    let made = assemble::watched(checked, dim, kinematics, &mut |between| match between {
         Between::Answers(algebra, responses) => {
             found.extend(polynomials::check(algebra, responses))
         }

@@ -52,7 +52,7 @@ fn read(text: &str) -> Law {
 }
 
 fn made() -> Spec {
-    let (spec, found) = compiled(&checked(), 2).expect("it fits");
+    let (spec, found) = compiled(&checked(), 2, Kinematics::General).expect("it fits");
     assert_eq!(found, Vec::<String>::new());
     spec
 }
@@ -61,7 +61,7 @@ fn made() -> Spec {
 fn what_the_compiler_makes_is_sound() {
     for law in [checked(), read(WAVES)] {
         for dim in 1..=3 {
-            let (_, found) = compiled(&law, dim).expect("it fits");
+            let (_, found) = compiled(&law, dim, Kinematics::General).expect("it fits");
             assert_eq!(found, Vec::<String>::new(), "{} in {dim}D", law.name);
         }
     }
@@ -92,7 +92,7 @@ fn planted_in_the_data_of_waves() {
         ("velocity after the step of 1", |s| s.after_step.truncate(1)),
     ];
     for (says, plant) in plants {
-        let (mut s, found) = compiled(&read(WAVES), 2).expect("it fits");
+        let (mut s, found) = compiled(&read(WAVES), 2, Kinematics::General).expect("it fits");
         assert_eq!(found, Vec::<String>::new());
         plant(&mut s);
         let found = spec(&s);
@@ -200,49 +200,54 @@ fn planted_in_the_checked_law() {
 #[test]
 fn planted_between_the_stages() {
     let mut found = Vec::new();
-    assemble::watched(&checked(), 2, &mut |between| match between {
-        Between::Answers(algebra, r) => {
-            let mut bad = crate::schedule::Responses {
-                tangent: r.force.clone(),
-                force: r.tangent.clone(),
-                ..Default::default()
-            };
-            bad.breaks
-                .push((crate::ir::FamilyId(0), r.force[0].clone()));
-            found.extend(polynomials::check(algebra, &bad));
-        }
-        Between::Schedule(algebra, plan) => {
-            let first = *plan.drafts.keys().next().expect("a sweep");
-            let last = *plan.drafts.keys().next_back().expect("a sweep");
-            let mut planted = plan.clone();
-            let moved = planted.drafts.remove(&last).expect("it is there");
-            planted
-                .drafts
-                .entry(first)
-                .or_default()
-                .sums
-                .extend(moved.sums);
-            planted
-                .drafts
-                .entry(first)
-                .or_default()
-                .writes
-                .extend(moved.writes);
-            planted
-                .drafts
-                .entry(first)
-                .or_default()
-                .kills
-                .extend(moved.kills);
-            planted
-                .drafts
-                .entry(first)
-                .or_default()
-                .updates
-                .extend(moved.updates);
-            found.extend(schedule::check(algebra, &planted));
-        }
-    })
+    assemble::watched(
+        &checked(),
+        2,
+        Kinematics::General,
+        &mut |between| match between {
+            Between::Answers(algebra, r) => {
+                let mut bad = crate::schedule::Responses {
+                    tangent: r.force.clone(),
+                    force: r.tangent.clone(),
+                    ..Default::default()
+                };
+                bad.breaks
+                    .push((crate::ir::FamilyId(0), r.force[0].clone()));
+                found.extend(polynomials::check(algebra, &bad));
+            }
+            Between::Schedule(algebra, plan) => {
+                let first = *plan.drafts.keys().next().expect("a sweep");
+                let last = *plan.drafts.keys().next_back().expect("a sweep");
+                let mut planted = plan.clone();
+                let moved = planted.drafts.remove(&last).expect("it is there");
+                planted
+                    .drafts
+                    .entry(first)
+                    .or_default()
+                    .sums
+                    .extend(moved.sums);
+                planted
+                    .drafts
+                    .entry(first)
+                    .or_default()
+                    .writes
+                    .extend(moved.writes);
+                planted
+                    .drafts
+                    .entry(first)
+                    .or_default()
+                    .kills
+                    .extend(moved.kills);
+                planted
+                    .drafts
+                    .entry(first)
+                    .or_default()
+                    .updates
+                    .extend(moved.updates);
+                found.extend(schedule::check(algebra, &planted));
+            }
+        },
+    )
     .expect("it fits");
     for says in [
         "depends on the increment",

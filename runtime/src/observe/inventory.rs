@@ -72,6 +72,14 @@ fn mechanics(list: &mut List, sim: &Simulation, report: &Report) {
         "the law has a force",
         "the law has no force",
     );
+    if !spec.force.is_empty() {
+        list.either(
+            "general kinematics",
+            !spec.linearised,
+            "bonds turn and stretch as far as they are moved",
+            "the law is linearised: directions and lengths are those of the reference",
+        );
+    }
     let step = || report.work.iter().filter(|s| s.stage == Stage::Step);
     let breaking = report.work.iter().filter(|s| s.breaks);
     match (sim.engine.can_break(), spec.breaks) {

@@ -11,6 +11,9 @@ use serde::{Deserialize, Serialize};
 pub struct Summary {
     pub title: String,
     pub law: String,
+    /// Whether the law was taken for small displacements.
+    #[serde(default)]
+    pub linearised: bool,
     pub flavour: String,
     pub nodes: usize,
     /// Each counted once.
@@ -79,6 +82,7 @@ impl Summary {
         Summary {
             title: sim.title.clone(),
             law: sim.spec.law.clone(),
+            linearised: sim.spec.linearised,
             flavour: sim.body.flavour.name().to_string(),
             nodes: report.nodes,
             bonds: report.bonds as u64 / 2,

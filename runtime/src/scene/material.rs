@@ -188,14 +188,21 @@ fn law(section: &Section<'_>, dim: usize) -> Option<Law> {
         name,
         "\"pmb\", a law of the catalogue or a .pd file",
     )?;
-    match section
-        .reader
-        .language
-        .law(name.value, section.reader.directory, dim)
-    {
+    let (language, directory) = (section.reader.language, section.reader.directory);
+    let linearised = section.flag("linearised").unwrap_or(false);
+    let found = language.law(name.value, directory, dim);
+    let found = found.map_err(|error| (error, name.span.clone()));
+    let found = found.and_then(|law| match section.value("linearised") {
+        Some(asked) if linearised => {
+            let found = language.linearised(name.value, directory, dim);
+            found.map_err(|error| (error, asked.span.clone()))
+        }
+        _ => Ok(law),
+    });
+    match found {
         Ok(law) => Some(law),
-        Err(error) => {
-            let problem = Problem::new(error.message).at(name.span, "");
+        Err((error, place)) => {
+            let problem = Problem::new(error.message).at(place, "");
             section.reader.complain(Problem {
                 help: error.help,
                 report: error.report,

@@ -64,6 +64,12 @@ impl Language for Plain {
         }
     }
 
+    fn linearised(&self, name: &str, directory: &Path, dim: usize) -> Result<Law, LawError> {
+        let mut law = self.law(name, directory, dim)?;
+        law.spec.linearised = true;
+        Ok(law)
+    }
+
     fn influence(
         &self,
         text: &str,
@@ -129,6 +135,7 @@ fn spring(dim: usize) -> Spec {
         after_step: Vec::new(),
         breaks: true,
         pairwise: true,
+        linearised: false,
         named: Vec::new(),
     }
 }

@@ -56,6 +56,7 @@ fn spec(law: &str, params: &[&str], names: &[(&str, Stage)], sweeps: Vec<SweepSp
         after_step: vec![],
         breaks: true,
         pairwise: true,
+        linearised: false,
         named: vec![],
     }
 }

@@ -79,6 +79,17 @@ pub fn cases() -> Vec<Case> {
         };
         add("breaking, with masks", &material(S0), &plain);
         add("neighbour lists", &family("traversal = \"cloud\""), &plain);
+        let linearised = "linearised = true";
+        add("general kinematics", &plain, &material(linearised));
+        let cloud = |material| Side {
+            material,
+            ..family("traversal = \"cloud\"")
+        };
+        add(
+            "general kinematics of a cloud",
+            &cloud(""),
+            &cloud(linearised),
+        );
         let bar = |time| Side {
             bar: true,
             time,

@@ -52,6 +52,7 @@ pub fn empty(law: &str, dim: usize) -> Spec {
         after_step: vec![],
         breaks: false,
         pairwise: false,
+        linearised: false,
         named: vec![],
     }
 }
