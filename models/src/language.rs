@@ -45,7 +45,7 @@ impl Language for Pdlang {
             return Ok(law);
         }
         let source = source(name, directory)?;
-        interpreted(&source, dim, Kinematics::General).map_err(|d| source.broken(&d))
+        interpreted(&source.law, dim, Kinematics::General).map_err(|d| source.broken(&d))
     }
 
     fn linearised(&self, name: &str, directory: &Path, dim: usize) -> Result<Law, LawError> {
@@ -54,7 +54,7 @@ impl Language for Pdlang {
             return Ok(law);
         }
         let source = source(name, directory)?;
-        interpreted(&source, dim, Kinematics::Linearised).map_err(|found| LawError {
+        interpreted(&source.law, dim, Kinematics::Linearised).map_err(|found| LawError {
             message: format!("the law `{name}` cannot be linearised"),
             help: Some("leave `linearised` out".into()),
             ..source.broken(&found)
@@ -305,7 +305,7 @@ fn whole(text: &str, message: String) -> Complaint {
 }
 
 /// What the compiler writes, as the runtime reads it: the two meet as JSON only.
-fn carried<T: DeserializeOwned>(written: &impl Serialize) -> Result<T, String> {
+pub(crate) fn carried<T: DeserializeOwned>(written: &impl Serialize) -> Result<T, String> {
     serde_json::to_value(written)
         .and_then(serde_json::from_value)
         .map_err(|e| format!("this has no form that the runtime reads: {e}"))
@@ -341,12 +341,13 @@ fn law_file(path: &Path) -> Result<Source, LawError> {
     }
 }
 
-fn interpreted(
-    source: &Source,
+/// A law as tapes.
+pub(crate) fn interpreted(
+    law: &ir::Law,
     dim: usize,
     kinematics: Kinematics,
 ) -> Result<Law, Vec<Diagnostic>> {
-    let spec = assemble::spec(&source.law, dim, kinematics)?;
+    let spec = assemble::spec(law, dim, kinematics)?;
     let spec: Spec = carried(&spec).map_err(|message| vec![Diagnostic::error("PD000", message)])?;
     Ok(Law::interpreted(spec))
 }

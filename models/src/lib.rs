@@ -5,3 +5,4 @@ pub mod constants;
 pub mod files;
 pub mod language;
 pub mod registry;
+pub mod verify;

@@ -713,3 +713,65 @@ fn growth_is_timed_and_drawn() {
     let wrong = ["bench", "growth", "--seconds", "nan"];
     mentions(&pdlang(&wrong, 1), &["--seconds"]);
 }
+
+/// The law that a stranger wrote: 9 for 15 in three dimensions.
+const WRONG: &str = r#"
+model wrong "Linear peridynamic solid with a misprint"
+  cite "Silling et al. 2007, J. Elasticity 88, eq. 104"
+{
+  influence omega = 1/x
+  param K : pressure > 0  "bulk modulus"
+  param G : pressure > 0  "shear modulus"
+  node m     = sum(omega*x^2)
+  node theta = dim/m*sum(omega*x*e)
+  bond ed    = e - theta*x/dim
+  energy W   = K_d(K, G)*theta^2/2 + dim^2*G/(2*m)*sum(omega*ed^2)
+}"#;
+
+#[test]
+fn verify_passes_the_catalogue_and_says_what_is_wrong_with_a_file() {
+    let line = ["verify", "pmb", "--param", "K = 3 GPa", "--horizon", "2 mm"];
+    mentions(
+        &pdlang(&line, 0),
+        &["pmb: ", " 0 fail", "linear_momentum    pass"],
+    );
+
+    let file = write(folder("verify").join("wrong.pd"), WRONG);
+    let says = ["term 2 of `energy W` (line 11) times 5/3", "error: wrong: "];
+    mentions(&pdlang(&["verify", &file], 1), &says);
+
+    let json = command(&["verify", &file, "--json"])
+        .output()
+        .expect("the command starts");
+    assert_eq!(json.status.code(), Some(1));
+    let page: serde_json::Value = serde_json::from_slice(&json.stdout).expect("JSON");
+    let verdicts = page[0]["verdicts"].as_array().expect("verdicts");
+    let of = |v: &&serde_json::Value| {
+        v["check"] == "constants" && v["flavour"] == "3d" && v["quantity"] == "G"
+    };
+    let shear = verdicts.iter().find(of).expect("a shear modulus");
+    assert_eq!(
+        (shear["level"].as_str(), shear["line"].as_u64()),
+        (Some("fail"), Some(11))
+    );
+    let ratio = shear["measured"].as_f64().unwrap() / shear["expected"].as_f64().unwrap();
+    assert!((ratio - 0.6).abs() < 1e-9, "{ratio}");
+}
+
+#[test]
+fn verify_refuses_what_does_not_fit_the_law() {
+    for (arguments, says) in [
+        (&["verify", "nothing"][..], "there is no law `nothing`"),
+        (&["verify", "pmb", "--param", "Q=1"], "has no parameter `Q`"),
+        (&["verify", "pmb", "--param", "K"], "sets nothing"),
+        (
+            &["verify", "pmb", "--param", "K=-1"],
+            "outside of the bounds",
+        ),
+        (&["verify", "pmb", "--param", "K=big"], "is no number"),
+        (&["verify", "pmb", "--horizon", "0"], "a length above 0"),
+        (&["verify", "gpmb", "--influence", "nope"], "nope"),
+    ] {
+        mentions(&pdlang(arguments, 1), &[says]);
+    }
+}

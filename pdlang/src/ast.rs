@@ -75,6 +75,7 @@ pub enum Item {
     Weight(Weight),
     Break(Break),
     AfterStep(AfterStep),
+    Known(Known),
     Probe(Probe),
 }
 
@@ -177,6 +178,13 @@ pub struct Break {
 pub struct AfterStep {
     pub name: Name,
     pub expr: Expr,
+}
+
+/// `known zero_energy "its gradient does not see a checkerboard"`
+#[derive(Clone, Debug, PartialEq)]
+pub struct Known {
+    pub checks: Vec<Name>,
+    pub reason: Text,
 }
 
 /// `probe one_bond in 3d where K = 1 GPa, delta = 2 mm { .. }`

@@ -70,6 +70,8 @@ pub struct Law {
     pub breaks: Vec<Break>,
     /// `after step velocity = ..`: what replaces the velocity of a node that has intact bonds.
     pub after_step: Option<ExprId>,
+    /// What `pdlang verify` finds and the law says itself.
+    pub knowns: Vec<Known>,
     pub probes: Vec<crate::probe::Probe>,
     pub exprs: Vec<Expr>,
 }
@@ -226,6 +228,14 @@ pub struct Break {
     pub span: Span,
 }
 
+/// A check of [`crate::known::CHECKS`] that the law does not pass, and why that is so.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Known {
+    pub check: String,
+    pub reason: String,
+    pub span: Span,
+}
+
 #[derive(Clone, Debug)]
 pub struct Expr {
     pub kind: ExprKind,
@@ -344,6 +354,13 @@ pub enum ExprKind {
     Prime(ExprId),
     /// One arm per flavour, in the order of [`Flavour::ALL`].
     Case([ExprId; 5]),
+}
+
+impl ExprKind {
+    /// The direct operands; a definition has none.
+    pub fn operands(&self) -> Vec<ExprId> {
+        crate::resolve::walk::operands(self)
+    }
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Debug)]

@@ -14,6 +14,7 @@ pub mod files;
 pub mod fmt;
 pub mod front;
 pub mod ir;
+pub mod known;
 pub mod linear;
 pub mod lower;
 pub mod oracle;

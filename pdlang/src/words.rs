@@ -4,7 +4,7 @@
 pub(crate) const TOP: [&str; 7] = ["use", "model", "influence", "fn", "let", "node", "bond"];
 
 /// In a model.
-pub(crate) const ITEMS: [&str; 18] = [
+pub(crate) const ITEMS: [&str; 19] = [
     "influence",
     "param",
     "let",
@@ -20,6 +20,7 @@ pub(crate) const ITEMS: [&str; 18] = [
     "family",
     "weight",
     "break",
+    "known",
     "probe",
     "force",
     "after",

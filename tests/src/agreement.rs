@@ -8,6 +8,7 @@ use pdlang::ir;
 use pdlang::lower::stored_components;
 use pdlang::oracle::{self, Oracle, Value};
 use pdlang_models::registry;
+pub use pdlang_models::verify::ask::{gather, per_node, spread};
 use pdlang_runtime::body::Body;
 use pdlang_runtime::engine::{self, Breaking, Engine, Isa, Traversal};
 use pdlang_runtime::spec::{InfluenceFn, RateSpec, Spec};
@@ -613,35 +614,6 @@ fn answer_of(
         },
         breaks: breaks(false) + breaks(true),
     }
-}
-
-/// Vectors per node into arrays per direction in layout order.
-pub fn spread(engine: &Engine, values: &[[f64; 3]], to: &mut [Vec<f64>]) {
-    for (node, value) in values.iter().enumerate() {
-        for (a, array) in to.iter_mut().enumerate() {
-            array[engine.slot(node)] = value[a];
-        }
-    }
-}
-
-/// Arrays per direction in layout order into vectors per node; empty without arrays.
-pub fn gather(engine: &Engine, arrays: &[Vec<f64>]) -> Vec<[f64; 3]> {
-    if arrays.is_empty() {
-        return Vec::new();
-    }
-    let at = |slot: &u32| {
-        std::array::from_fn(|a| arrays.get(a).map_or(0.0, |array| array[*slot as usize]))
-    };
-    engine.slots().iter().map(at).collect()
-}
-
-/// One array in layout order into one value per node.
-pub fn per_node(engine: &Engine, array: &[f64]) -> Vec<f64> {
-    engine
-        .slots()
-        .iter()
-        .map(|slot| array[*slot as usize])
-        .collect()
 }
 
 fn largest(values: &[f64]) -> f64 {

@@ -5,11 +5,12 @@ use std::path::Path;
 use pdlang::front;
 use pdlang::ir::{InfluenceFn, Law};
 use pdlang_models::registry;
+use pdlang_models::verify::subject::{MODULUS, SHEAR, usual};
 use pdlang_runtime::body::Flavour;
 
 /// Elastic moduli of the tests [Pa]: those of the reference block, Poisson's ratio 0.322.
-pub const K: f64 = 14.9e9;
-pub const G: f64 = 6.0e9;
+pub const K: f64 = MODULUS;
+pub const G: f64 = SHEAR;
 
 /// Laws of the catalogue, and a fixture, that move and turn with the body: they balance angular momentum at any deformation.
 pub const FINITE_STRAINS: [&str; 13] = [
@@ -83,38 +84,9 @@ pub fn params(law: &Law, given: &[(&str, f64)]) -> Vec<f64> {
         .iter()
         .map(|p| {
             value(&p.name)
-                .or_else(|| usual(&p.name))
+                .or_else(|| usual(&p.name, crate::bodies::DX))
                 .or(p.default)
                 .unwrap_or(1.0)
         })
         .collect()
-}
-
-fn usual(name: &str) -> Option<f64> {
-    match name {
-        "K" => Some(K),
-        "G" => Some(G),
-        "E" => Some(9.0 * K * G / (3.0 * K + G)),
-        "nu" => Some((3.0 * K - 2.0 * G) / (6.0 * K + 2.0 * G)),
-        // Neither pure matrix nor isotropic: Q12 differs from G12, and Q22 from 3 G12.
-        "E1" => Some(40e9),
-        "E2" => Some(10e9),
-        "G12" => Some(2.5e9),
-        "nu12" => Some(0.3),
-        // Resin, and plies at the spacing of the bodies.
-        "Em" => Some(3e9),
-        "Gm" => Some(1.2e9),
-        "h" => Some(crate::bodies::DX),
-        // Reached by some nodes of a body strained by a percent, and not by others.
-        "tauy" => Some(5e7),
-        "share" => Some(0.6),
-        "tau" => Some(1e-6),
-        "k" => Some(1.4),
-        "rho" | "density" => Some(2200.0),
-        // Large enough for heat of deformation and conduction to weigh alike in random states.
-        "alpha" => Some(1e-5),
-        "T0" => Some(293.0),
-        "cv" => Some(840.0),
-        _ => None,
-    }
 }

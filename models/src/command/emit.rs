@@ -71,13 +71,13 @@ pub fn execute(matches: &ArgMatches) -> Outcome {
 }
 
 /// The text of a law, what it is called in messages, and where a page in `docs/laws` finds it.
-struct Text {
-    text: String,
-    path: String,
+pub struct Text {
+    pub text: String,
+    pub path: String,
     link: String,
 }
 
-fn read(law: &str) -> Result<Text, Failure> {
+pub fn read(law: &str) -> Result<Text, Failure> {
     if let Some(entry) = registry::find(law) {
         return Ok(Text {
             text: entry.text.into(),

@@ -14,6 +14,7 @@ mod progress;
 mod run;
 mod statement;
 mod table;
+mod verify;
 
 use std::io::{IsTerminal, stderr};
 use std::process::ExitCode;
@@ -81,6 +82,7 @@ fn cli() -> Command {
         .subcommand(run::command())
         .subcommand(plan::command())
         .subcommand(check::command())
+        .subcommand(verify::command())
         .subcommand(models::command())
         .subcommand(emit::command())
         .subcommand(fmt::command())
@@ -92,6 +94,7 @@ fn dispatch(matches: &ArgMatches) -> Outcome {
         Some(("run", m)) => run::execute(m),
         Some(("plan", m)) => plan::execute(m),
         Some(("check", m)) => check::execute(m),
+        Some(("verify", m)) => verify::execute(m),
         Some(("models", m)) => models::execute(m),
         Some(("emit", m)) => emit::execute(m),
         Some(("fmt", m)) => fmt::execute(m),

@@ -103,6 +103,10 @@ fn item(item: &Item) -> String {
             expr(&b.when)
         ),
         Item::AfterStep(a) => format!("after step {} = {}", a.name.text, expr(&a.expr)),
+        Item::Known(k) => {
+            let checks: Vec<&str> = k.checks.iter().map(|c| c.text.as_str()).collect();
+            format!("known {} {:?}", checks.join(", "), k.reason.text)
+        }
         Item::Probe(p) => probe(p),
     }
 }

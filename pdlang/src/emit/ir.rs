@@ -99,6 +99,9 @@ pub(super) fn law(law: &Law) -> String {
     if let Some(e) = law.after_step {
         line(format!("after step velocity = {}", expr(law, e)));
     }
+    for k in &law.knowns {
+        line(format!("known {} {:?}", k.check, k.reason));
+    }
     for p in &law.probes {
         line(format!(
             "probe {} in {} of {} values",

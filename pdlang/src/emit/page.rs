@@ -312,6 +312,11 @@ fn equation(item: &Item, notation: &Notation, source: &Source) -> Option<Part> {
                 notation.expr(&b.when),
             ))
         }
+        Item::Known(k) => {
+            let checks: Vec<String> = k.checks.iter().map(|c| format!("`{}`", c.text)).collect();
+            let words = format!("Known ({}): {}.", checks.join(", "), k.reason.text);
+            Some(Part::Text(words))
+        }
         Item::Param(_) | Item::Field(_) | Item::History(_) | Item::Probe(_) => None,
     }
 }

@@ -105,7 +105,29 @@ fn filled(shape: Shape, value: f64) -> Value<f64> {
     }
 }
 
+/// Nodes as close as the horizon are bonded, whatever rounding says.
+const SLACK: f64 = 1.0 + 1e-9;
+
 impl Body {
+    /// Nodes, and bonds between all that are no further apart than the horizon [m].
+    pub fn within(nodes: Vec<Node>, horizon: f64) -> Body {
+        let mut bonds = Vec::new();
+        for (from, a) in nodes.iter().enumerate() {
+            for (to, b) in nodes.iter().enumerate() {
+                let bond = Bond {
+                    from,
+                    to,
+                    xi: std::array::from_fn(|c| b.position[c] - a.position[c]),
+                    weight: b.volume,
+                };
+                if from != to && bond.length() <= horizon * SLACK {
+                    bonds.push(bond);
+                }
+            }
+        }
+        Body { nodes, bonds }
+    }
+
     pub(super) fn check(&self) -> Result<(), Error> {
         let count = self.nodes.len();
         if self.bonds.iter().any(|b| b.from >= count || b.to >= count) {

@@ -28,6 +28,8 @@ pub(super) struct Evaluator<'o, 'a, T> {
     oracle: &'o Oracle<'a>,
     state: &'o State,
     u: Vec<[T; 3]>,
+    /// A uniform displacement gradient, on top.
+    gradient: Option<[[T; 3]; 3]>,
     /// Bond and component whose relative displacement alone carries a derivative.
     stretched: Option<(usize, usize, T)>,
     /// Per expression, filled when first asked for: per node, and at the end for constants.
@@ -49,9 +51,16 @@ impl<'o, 'a, T: Real> Evaluator<'o, 'a, T> {
             oracle,
             state,
             u,
+            gradient: None,
             stretched: None,
             known: RefCell::new(vec![Vec::new(); oracle.law.exprs.len()]),
         })
+    }
+
+    /// Strains every bond by a uniform displacement gradient as well.
+    pub(super) fn strained(mut self, gradient: [[T; 3]; 3]) -> Self {
+        self.gradient = Some(gradient);
+        self
     }
 
     /// Whether bond `b` belongs to the family and is intact.
@@ -200,6 +209,12 @@ impl<'o, 'a, T: Real> Evaluator<'o, 'a, T> {
         let b = self.bond(place)?;
         let bond = &self.oracle.body.bonds[b];
         let mut eta = std::array::from_fn(|a| self.u[bond.to][a] - self.u[bond.from][a]);
+        if let Some(gradient) = &self.gradient {
+            let xi = bond.xi.map(T::constant);
+            for (eta, row) in eta.iter_mut().zip(gradient) {
+                *eta = *eta + row[0] * xi[0] + row[1] * xi[1] + row[2] * xi[2];
+            }
+        }
         if let Some((only, a, unit)) = self.stretched
             && only == b
         {

@@ -129,7 +129,7 @@ impl Oracle<'_> {
         Ok(largest)
     }
 
-    fn has_energy(&self) -> bool {
+    pub(super) fn has_energy(&self) -> bool {
         self.law
             .responses
             .iter()
@@ -142,7 +142,7 @@ impl Oracle<'_> {
             .collect()
     }
 
-    fn density<T: Real>(&self, evaluator: &Evaluator<T>, i: usize) -> Result<T, Error> {
+    pub(super) fn density<T: Real>(&self, evaluator: &Evaluator<T>, i: usize) -> Result<T, Error> {
         let mut density = T::constant(0.0);
         for response in &self.law.responses {
             if let Response::Energy(expr) = response {
@@ -174,7 +174,7 @@ impl Oracle<'_> {
             |i: usize, c: usize| Dual::new(state.u[i][c], if (i, c) == (k, a) { 1.0 } else { 0.0 });
         let evaluator = Evaluator::new(self, state, self.displacements(seed))?;
         Ok(self
-            .energy_over(&evaluator, k, |i| self.reaches[k][i])?
+            .energy_over(&evaluator, k, |i| self.reaches_to(k, i))?
             .slope)
     }
 
@@ -191,7 +191,7 @@ impl Oracle<'_> {
         };
         let evaluator = Evaluator::new(self, state, self.displacements(seed))?;
         Ok(self
-            .energy_over(&evaluator, k, |i| self.reaches[k][i])?
+            .energy_over(&evaluator, k, |i| self.reaches_to(k, i))?
             .slope
             .slope)
     }
@@ -229,7 +229,11 @@ impl Oracle<'_> {
         Ok(force)
     }
 
-    fn node_force<T: Real>(&self, evaluator: &Evaluator<T>, k: usize) -> Result<[T; 3], Error> {
+    pub(super) fn node_force<T: Real>(
+        &self,
+        evaluator: &Evaluator<T>,
+        k: usize,
+    ) -> Result<[T; 3], Error> {
         for response in &self.law.responses {
             if let Response::Force(expr) = response {
                 return evaluator.at(*expr, Place::Node(k))?.vector();
@@ -239,7 +243,7 @@ impl Oracle<'_> {
     }
 
     /// `pair` times M, and T - T' of every `state`, of one bond.
-    fn direct_bond_force<T: Real>(
+    pub(super) fn direct_bond_force<T: Real>(
         &self,
         evaluator: &Evaluator<T>,
         b: usize,

@@ -16,6 +16,7 @@ mod force;
 mod influence;
 mod number;
 mod quadrature;
+mod uniform;
 mod value;
 
 pub use body::{Body, Bond, Node, State};
@@ -87,8 +88,8 @@ pub struct Oracle<'a> {
     second_ring: bool,
     /// Per weight and bond.
     weights: Vec<Vec<f64>>,
-    /// Per node: the nodes whose energy its displacement can change.
-    reaches: Vec<Vec<bool>>,
+    /// Per node: the nodes whose energy its displacement can change, where the law looks no further than to them.
+    reaches: Vec<Vec<usize>>,
 }
 
 impl<'a> Oracle<'a> {
@@ -296,16 +297,25 @@ impl<'a> Oracle<'a> {
             .collect()
     }
 
-    /// The node itself and its neighbours; everyone, where the law looks beyond them.
-    fn reaches(&self) -> Vec<Vec<bool>> {
-        let nodes = self.body.nodes.len();
-        let mut reaches = vec![vec![self.second_ring; nodes]; nodes];
+    /// The node itself and its neighbours.
+    fn reaches(&self) -> Vec<Vec<usize>> {
+        let nodes = 0..self.body.nodes.len();
+        let mut reaches: Vec<Vec<usize>> = nodes.map(|k| vec![k]).collect();
         for bond in &self.body.bonds {
-            reaches[bond.from][bond.from] = true;
-            reaches[bond.from][bond.to] = true;
-            reaches[bond.to][bond.from] = true;
+            reaches[bond.from].push(bond.to);
+            reaches[bond.to].push(bond.from);
+        }
+        for reached in &mut reaches {
+            reached.sort_unstable();
+            reached.dedup();
         }
         reaches
+    }
+
+    /// Whether the displacement of node `k` can change the energy of node `i`: everyone's, where the law looks
+    /// beyond neighbours.
+    fn reaches_to(&self, k: usize, i: usize) -> bool {
+        self.second_ring || self.reaches[k].binary_search(&i).is_ok()
     }
 
     fn reverse_of(&self, b: usize) -> Result<usize, Error> {

@@ -44,6 +44,7 @@ impl Builder {
             responses: Vec::new(),
             breaks: Vec::new(),
             after_step: None,
+            knowns: Vec::new(),
             probes: Vec::new(),
             exprs: Vec::new(),
         })

@@ -21,6 +21,7 @@ impl<'t> Reader<'t> {
             Rule::weight => ast::Item::Weight(self.weight(item)?),
             Rule::breaking => ast::Item::Break(self.breaking(item)?),
             Rule::after_step => ast::Item::AfterStep(self.after_step(item)?),
+            Rule::known => ast::Item::Known(self.known(item)?),
             Rule::probe => ast::Item::Probe(self.probe(item)?),
             _ => return Err(Failure::Unexpected),
         })
@@ -200,6 +201,21 @@ impl<'t> Reader<'t> {
             name: self.name(&parts.skip_to(Rule::ident)?),
             expr: self.last_expression(parts)?,
         })
+    }
+
+    pub(super) fn known(&self, pair: Pair<'t, Rule>) -> Build<ast::Known> {
+        let mut checks = Vec::new();
+        for part in Children::of(pair) {
+            match part.as_rule() {
+                Rule::ident => checks.push(self.name(&part)),
+                Rule::string => {
+                    let reason = self.string(&part);
+                    return Ok(ast::Known { checks, reason });
+                }
+                _ => {}
+            }
+        }
+        Err(Failure::Unexpected)
     }
 
     pub(super) fn optional_family(&self, parts: &mut Children<'t>) -> Build<Option<Name>> {

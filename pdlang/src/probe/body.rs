@@ -2,7 +2,7 @@
 
 use super::{Node, Place, Probe};
 use crate::ir::{FieldId, Law, Shape};
-use crate::oracle::{Body, Bond, Node as BodyNode, State, Value};
+use crate::oracle::{Body, Node as BodyNode, State, Value};
 
 /// Nodes as close as the horizon are bonded, whatever rounding says.
 const SLACK: f64 = 1.0 + 1e-9;
@@ -17,16 +17,11 @@ pub(super) fn build(law: &Law, probe: &Probe) -> (Body, impl Fn(State) -> State)
             fields,
         } => (lattice(probe, *spacing, gradient, fields), Vec::new()),
     };
-    let body = Body {
-        nodes: nodes
-            .iter()
-            .map(|node| BodyNode {
-                position: node.position,
-                volume: node.volume,
-            })
-            .collect(),
-        bonds: bonds(&nodes, probe.horizon),
-    };
+    let placed = nodes.iter().map(|node| BodyNode {
+        position: node.position,
+        volume: node.volume,
+    });
+    let body = Body::within(placed.collect(), probe.horizon);
     let shapes: Vec<Shape> = law.fields.iter().map(|field| field.shape).collect();
     let (dim, own) = (probe.flavour.dim(), body.clone());
     let deform = move |mut state: State| {
@@ -53,23 +48,6 @@ fn between(a: &Node, b: &Node) -> [f64; 3] {
 
 fn length(xi: [f64; 3]) -> f64 {
     xi.iter().map(|c| c * c).sum::<f64>().sqrt()
-}
-
-fn bonds(nodes: &[Node], horizon: f64) -> Vec<Bond> {
-    let mut bonds = Vec::new();
-    for (from, a) in nodes.iter().enumerate() {
-        for (to, b) in nodes.iter().enumerate() {
-            if from != to && bonded(a, b, horizon) {
-                bonds.push(Bond {
-                    from,
-                    to,
-                    xi: between(a, b),
-                    weight: b.volume,
-                });
-            }
-        }
-    }
-    bonds
 }
 
 /// A node with its full family, and around it the full families of its neighbours. It is number 0.

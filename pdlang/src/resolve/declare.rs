@@ -169,6 +169,7 @@ pub(crate) fn declared(item: &Item) -> Option<&Name> {
         | Item::Update(_)
         | Item::Break(_)
         | Item::AfterStep(_)
+        | Item::Known(_)
         | Item::Probe(_) => None,
     }
 }
@@ -194,6 +195,7 @@ pub(crate) fn item_word(item: &Item) -> &'static str {
         | Item::Update(_)
         | Item::Break(_)
         | Item::AfterStep(_)
+        | Item::Known(_)
         | Item::Probe(_) => "response",
     }
 }

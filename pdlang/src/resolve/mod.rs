@@ -53,6 +53,7 @@ pub(crate) fn law(model: &Model, library: &Library, report: &mut Vec<Diagnostic>
         law.symbols.insert(name.text.clone(), symbol);
     }
     let (responses, breaks, after_step) = law.answers(model);
+    let knowns = check::knowns::read(model, law.report);
     let mut law = Law {
         name: model.name.text.clone(),
         span: model.name.span,
@@ -73,6 +74,7 @@ pub(crate) fn law(model: &Model, library: &Library, report: &mut Vec<Diagnostic>
         responses,
         breaks,
         after_step,
+        knowns,
         probes: Vec::new(),
         exprs: law.exprs,
     };

@@ -1,0 +1,248 @@
+//! Waves on a lattice: modes without energy, speeds, frequencies and the stable step.
+//!
+//! On a periodic lattice of the bodies' horizon the tangent of waves with 0, 1/2 and 1 times the shortest wave number along
+//! every axis: a wave without stiffness is one that the law does not see, one with a negative stiffness grows without end.
+//! A long wave runs at the speed of the lattice's own moduli. The largest frequency and the step are those of a free block.
+
+use pdlang::ir::{ExprKind, Flavour};
+use pdlang_runtime::density::Density;
+use pdlang_runtime::engine::Breaking;
+use pdlang_runtime::spectrum;
+use std::f64::consts::PI;
+
+use super::ask::{self, Case};
+use super::place::{self, Place};
+use super::subject::Subject;
+use super::{Level, Verdict, bodies};
+
+/// Nodes along a side of the periodic box: even, and longer than two horizons.
+const SIDE: u32 = 8;
+/// Nodes along a long wave.
+const LONG: u32 = 48;
+/// Stiffness over the largest one that is none.
+const NOTHING: f64 = 1e-6;
+/// The curve of a long wave lies below its tangent.
+const SPEED: f64 = 0.03;
+
+pub fn check(subject: &Subject, flavour: Flavour) -> Result<Vec<Verdict>, String> {
+    const CHECKS: [&str; 3] = ["zero_energy", "speeds", "step"];
+    if !subject.has_force() {
+        let skip = |check| Verdict::skip(check, flavour, "the law has no force");
+        return Ok(CHECKS.map(skip).to_vec());
+    }
+    let waves = waves(subject, flavour)?;
+    Ok(vec![
+        modes(subject, flavour, &waves),
+        speeds(subject, flavour)?,
+        step(subject, flavour, &waves)?,
+    ])
+}
+
+/// A wave vector in units of the shortest, and the stiffness of its polarisations, ascending [Pa/m^2].
+struct Wave {
+    k: [f64; 3],
+    stiffness: Vec<f64>,
+}
+
+fn waves(subject: &Subject, flavour: Flavour) -> Result<Vec<Wave>, String> {
+    let dim = flavour.dim();
+    let shape = std::array::from_fn(|a| if a < dim { SIDE } else { 1 });
+    let mut case = periodic(subject, flavour, shape)?;
+    let steps = |a: usize| if a < dim { 0..3 } else { 0..1 };
+    let mut waves = Vec::new();
+    for i in steps(0) {
+        for j in steps(1) {
+            for l in steps(2) {
+                let k = [i, j, l].map(|n| 0.5 * f64::from(n));
+                // What differs by a swap of axes is the same on a cubic lattice for most laws, but not for all.
+                if k != [0.0; 3] {
+                    let matrix = stiffness(&mut case, k, dim);
+                    waves.push(Wave {
+                        k,
+                        stiffness: eigenvalues(matrix, dim),
+                    });
+                }
+            }
+        }
+    }
+    Ok(waves)
+}
+
+fn periodic(subject: &Subject, flavour: Flavour, shape: [u32; 3]) -> Result<Case, String> {
+    let body = bodies::lattice(ask::runtime_flavour(flavour), shape, true);
+    let mut case = Case::new(subject, flavour, ask::sized(subject, body))?;
+    case.force();
+    Ok(case)
+}
+
+/// What displacements `cos(k.x)` along every axis are pulled back with, over their size, at the first node.
+fn stiffness(case: &mut Case, k: [f64; 3], dim: usize) -> [[f64; 3]; 3] {
+    let spacing = case.body.spacing;
+    let origin = case.body.x[0];
+    let phase = |x: &[f64; 3]| {
+        (0..3)
+            .map(|a| k[a] * PI * (x[a] - origin[a]) / spacing)
+            .sum::<f64>()
+    };
+    let mut matrix = [[0.0; 3]; 3];
+    for b in 0..dim {
+        let one = |x: &[f64; 3]| std::array::from_fn(|a| if a == b { phase(x).cos() } else { 0.0 });
+        let du: Vec<[f64; 3]> = case.body.x.iter().map(one).collect();
+        let tangent = case.tangent(&du);
+        for (row, t) in matrix.iter_mut().zip(tangent[0]) {
+            row[b] = -t;
+        }
+    }
+    matrix
+}
+
+/// Eigenvalues of the symmetric part, ascending, by Jacobi's rotations.
+fn eigenvalues(matrix: [[f64; 3]; 3], dim: usize) -> Vec<f64> {
+    let mut m: [[f64; 3]; 3] =
+        std::array::from_fn(|i| std::array::from_fn(|j| 0.5 * (matrix[i][j] + matrix[j][i])));
+    for _ in 0..20 {
+        for (p, q) in [(0, 1), (0, 2), (1, 2)] {
+            if m[p][q] == 0.0 {
+                continue;
+            }
+            let angle = 0.5 * (2.0 * m[p][q]).atan2(m[q][q] - m[p][p]);
+            let (sin, cos) = angle.sin_cos();
+            for row in &mut m {
+                (row[p], row[q]) = (cos * row[p] - sin * row[q], sin * row[p] + cos * row[q]);
+            }
+            for j in 0..3 {
+                (m[p][j], m[q][j]) = (cos * m[p][j] - sin * m[q][j], sin * m[p][j] + cos * m[q][j]);
+            }
+        }
+    }
+    let mut values: Vec<f64> = (0..dim).map(|a| m[a][a]).collect();
+    values.sort_by(f64::total_cmp);
+    values
+}
+
+fn top(waves: &[Wave]) -> f64 {
+    waves
+        .iter()
+        .flat_map(|w| &w.stiffness)
+        .fold(0.0_f64, |m, v| m.max(v.abs()))
+}
+
+fn modes(subject: &Subject, flavour: Flavour, waves: &[Wave]) -> Verdict {
+    let top = top(waves);
+    let all = || waves.iter().flat_map(|w| &w.stiffness);
+    let none = all().filter(|v| v.abs() <= NOTHING * top).count();
+    let board = waves
+        .iter()
+        .find(|w| w.k.iter().take(flavour.dim()).all(|k| *k == 1.0));
+    let board = board
+        .and_then(|w| w.stiffness.first())
+        .map_or(0.0, |v| v / top);
+    let level = if none == 0 && top > 0.0 {
+        Level::Pass
+    } else {
+        Level::Fail
+    };
+    let verdict = Verdict {
+        measured: Some(none as f64),
+        expected: Some(0.0),
+        ..Verdict::new("zero_energy", flavour, level)
+    };
+    let says = format!("a checkerboard has {board:.2} of the largest stiffness");
+    verdict.says(says).blames(blind(subject).or(subject.force_place()), |name| {
+        let count = all().count();
+        format!("{none} of {count} waves have no stiffness (a checkerboard has {board:.1e} of the largest): {name} does not see them")
+    })
+}
+
+/// The first definition that sums displacements: what a wave may cancel in.
+fn blind(subject: &Subject) -> Option<Place> {
+    let law = subject.law;
+    let sums = |kind: &ExprKind| matches!(kind, ExprKind::Reduce(_, _, a) if place::moves(law, *a));
+    let found = subject
+        .definitions()
+        .find(|def| place::contains(law, def.expr, &sums));
+    found.and_then(|def| subject.place(def.span))
+}
+
+/// Speeds of a long wave along an axis, against those of the continuum's stiffness as the tangent has it at twice the length.
+fn speeds(subject: &Subject, flavour: Flavour) -> Result<Verdict, String> {
+    let dim = flavour.dim();
+    let along = |length: u32| -> Result<Vec<f64>, String> {
+        let shape = std::array::from_fn(|a| match a {
+            0 => length,
+            a if a < dim => SIDE,
+            _ => 1,
+        });
+        let mut case = periodic(subject, flavour, shape)?;
+        let k = 2.0 / f64::from(length);
+        let matrix = stiffness(&mut case, [k, 0.0, 0.0], dim);
+        let wave = PI * k / subject.spacing();
+        let values = eigenvalues(matrix, dim);
+        Ok(values
+            .iter()
+            .map(|v| (v / subject.density).abs().sqrt() * v.signum() / wave)
+            .collect())
+    };
+    let (short, long) = (along(LONG)?, along(2 * LONG)?);
+    let worst = short
+        .iter()
+        .zip(&long)
+        .map(|(a, b)| (a / b - 1.0).abs())
+        .fold(0.0, f64::max);
+    let level = if worst <= SPEED && long.iter().all(|c| *c > 0.0) {
+        Level::Pass
+    } else {
+        Level::Fail
+    };
+    let fastest = long.last().copied();
+    let verdict = Verdict {
+        measured: fastest,
+        ..Verdict::new("speeds", flavour, level)
+    };
+    let shown: Vec<String> = long.iter().rev().map(|c| format!("{c:.5e}")).collect();
+    let says = format!(
+        "long waves run at {} m/s, at {} kg/m^3",
+        shown.join(" and "),
+        subject.density
+    );
+    Ok(verdict.says(says).blames(subject.force_place(), |name| {
+        format!(
+            "long waves have no speed: {} m/s at one length, {:?} at half of it, by {name}",
+            shown.join(" and "),
+            short
+        )
+    }))
+}
+
+fn step(subject: &Subject, flavour: Flavour, waves: &[Wave]) -> Result<Verdict, String> {
+    let top = top(waves);
+    let least = waves
+        .iter()
+        .flat_map(|w| &w.stiffness)
+        .fold(f64::INFINITY, |m, v| m.min(*v));
+    let shape = std::array::from_fn(|a| if a < flavour.dim() { 6 } else { 1 });
+    let body = bodies::lattice(ask::runtime_flavour(flavour), shape, false);
+    let mut case = Case::new(subject, flavour, ask::sized(subject, body))?;
+    case.engine.forces(&mut case.state, Breaking::Held);
+    let spec = case.engine.spec().clone();
+    let density = Density::uniform(subject.density);
+    let found = spectrum::stable_step(&mut case.engine, &spec, &case.state, &density, 0.0, 1.0);
+    let unstable = least < -1e-9 * top;
+    let level = if !unstable && found.dt.is_finite() && found.dt > 0.0 {
+        Level::Pass
+    } else {
+        Level::Fail
+    };
+    let verdict = Verdict {
+        measured: Some(found.dt),
+        ..Verdict::new("step", flavour, level)
+    };
+    let says = format!(
+        "the largest frequency of a block is {:.4e} rad/s, the stable step {:.4e} s",
+        found.omega, found.dt
+    );
+    Ok(verdict.says(says).blames(subject.force_place(), |name| match unstable {
+        true => format!("a wave has the stiffness {:.1e} of the largest and grows without end: {name} pushes where it should pull", least / top),
+        false => format!("no step is stable: the block has the frequency {} rad/s by {name}", found.omega),
+    }))
+}
