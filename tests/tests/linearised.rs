@@ -77,7 +77,8 @@ fn check(law: &Law) {
         let u = question.path[0].clone();
         question.du.clone_from(&u);
         let (rest, _) = displaced(&question, 0.0).oracle();
-        let (_, scale) = question.oracle();
+        let forces = question.consult(|oracle, _, state| oracle.force_scale(state));
+        let forces = forces.expect("the state fits");
         let expected = scaled(&rest.force, 1.0, &rest.tangent);
         // Rates of the same velocities: the slope between two small displacements.
         let near = [1e-3, -1e-3].map(|step| match rest.rates.is_empty() {
@@ -91,7 +92,7 @@ fn check(law: &Law) {
             let what = format!("{question} {traversal:?}");
             let answer = ask(&question);
             if !answer.force.is_empty() {
-                let size = scale.force.max(largest(&expected));
+                let size = forces.max(largest(&expected));
                 let error = block::largest_difference(&answer.force, &expected) / size;
                 assert!(error <= 1e-12, "{what}: force {error:e}");
                 let slope = block::largest_difference(&answer.tangent, &rest.tangent) / size;
@@ -102,7 +103,7 @@ fn check(law: &Law) {
                 worst_energy = worst_energy.max(energies(&question, &what, &answer, &rest, &ask));
             }
             for (k, rates) in answer.rates.iter().enumerate() {
-                let size = scale.rates;
+                let size = rest.rates[k].iter().fold(0.0, |m: f64, r| m.max(r.abs()));
                 for (node, rate) in rates.iter().enumerate() {
                     let [up, down] = [&near[0], &near[1]].map(|near| near[k][node]);
                     let expected = rest.rates[k][node] + (up - down) / 2e-3;
