@@ -12,6 +12,7 @@ pub mod emit;
 pub mod ends;
 pub mod files;
 pub mod fmt;
+pub mod formula;
 pub mod front;
 pub mod ir;
 pub mod known;

@@ -9,7 +9,7 @@
 use std::collections::BTreeMap;
 
 use crate::ir::Home;
-use crate::poly::{Algebra, Atom, AtomId, Collector, Monomial, Poly, Rate};
+use crate::poly::{Algebra, Atom, AtomId, Collector, Func, Monomial, Poly, Rate};
 use crate::ratio::Ratio;
 
 #[derive(Clone, Debug, PartialEq)]
@@ -44,12 +44,21 @@ impl Algebra {
         match self.atom(id) {
             _ if self.is_truth(id) => Place::Step,
             _ if nature.home == Home::Constant => Place::Constant,
-            Atom::Prime(a) if self.nature(*a).sums => Place::Nbr(*a),
+            Atom::Prime(a) if self.nature(*a).sums || self.is_dear(*a) => Place::Nbr(*a),
             _ if nature.home == Home::Node && nature.sums => Place::Own,
             Atom::Xi(_) => Place::Step,
             _ if self.is_geometry(id) => Place::Geometry,
             _ => Place::Step,
         }
+    }
+
+    /// True for a function that costs a node more than to read its value at the other end of a bond.
+    fn is_dear(&self, id: AtomId) -> bool {
+        use Func::{Cos, Exp, Ln, Pow, Sin, Tan};
+        matches!(
+            self.atom(id),
+            Atom::Func(Exp | Ln | Sin | Cos | Tan | Pow, _)
+        )
     }
 
     /// True for what a table over reference bonds can hold.

@@ -1,12 +1,14 @@
 //! Spec -> Rust: the bodies of the sweeps as straight-line code, and the spec itself as text.
 //!
 //! Contract. The code names only the runtime's interface file. A sweep becomes a unit struct with its
-//! functions (the last one says how a cloud forms the values of geometry from what it keeps of a bond); registers keep their tape numbers, so that `emit` and the generated code can be read side by
-//! side. What runs once or rarely (reference quantities, updates of histories) stays in the spec.
+//! functions (the last one says how a cloud forms the values of geometry from what it keeps of a bond). A register is
+//! called after what it reads (`xi_x`, `own_theta`, `c0`), or by its number on the tape, so that `emit` and the
+//! generated code can be read side by side. What runs once (reference quantities) stays in the spec.
 
-use proc_macro2::{Ident, Span, TokenStream};
+use proc_macro2::{Ident, Literal, Span, TokenStream};
 use quote::{format_ident, quote};
 
+use crate::formula::{axis, formula, quantity};
 use crate::spec::{Spec, Stage, SweepSpec};
 use crate::tape::{Op, Tape};
 
@@ -42,17 +44,18 @@ pub fn module(specs: &[Spec]) -> TokenStream {
 fn dimension(spec: &Spec) -> TokenStream {
     let module = format_ident!("d{}", spec.dim);
     let json = spec.json();
-    let dim = spec.dim;
+    let dim = number(spec.dim);
     let compiled: Vec<(usize, &SweepSpec)> = spec
         .sweeps
         .iter()
         .enumerate()
         .filter(|(_, s)| is_compiled(s.stage))
         .collect();
-    let sweeps = compiled.iter().map(|(k, s)| sweep(*k, s, dim));
+    let sweeps = compiled.iter().map(|(k, s)| sweep(*k, s, spec));
     let entries = compiled.iter().map(|(k, s)| {
         let name = type_name(*k, s);
         let rare = (s.stage != Stage::Step).then(|| quote!(rare));
+        let k = number(*k);
         quote!((#k, ::pdlang_runtime::sweep_entries!(#rare #name, #dim)))
     });
     quote! {
@@ -80,10 +83,11 @@ fn type_name(k: usize, s: &SweepSpec) -> Ident {
     Ident::new(&name, Span::call_site())
 }
 
-fn sweep(k: usize, s: &SweepSpec, dim: usize) -> TokenStream {
+fn sweep(k: usize, s: &SweepSpec, spec: &Spec) -> TokenStream {
     let name = type_name(k, s);
-    let doc = format!("`{}`: {:?} stage.", s.name, s.stage);
-    let (pres, accs) = (s.pre.outs.len(), s.accumulators as usize);
+    let doc = doc(s, spec);
+    let dim = number(spec.dim);
+    let (pres, accs) = (number(s.pre.outs.len()), number(s.accumulators as usize));
     let starts = (0..s.accumulators).map(|k| {
         let extreme = |op: &Op| matches!(op, Op::MaxTo(a, _) if *a == k);
         match s.bond.ops.iter().any(extreme) {
@@ -91,29 +95,32 @@ fn sweep(k: usize, s: &SweepSpec, dim: usize) -> TokenStream {
             false => quote!(0.0),
         }
     });
-    let pre = statements(&s.pre);
-    let bond = statements(&s.bond);
-    let post = statements(&s.post);
-    let streams = s.streams.outs.len();
+    let names = |tape: &Tape, geo: &str| Names::of(tape, geo, s, spec);
+    let (first, bonds, last) = (names(&s.pre, "g"), names(&s.bond, "g"), names(&s.post, "g"));
+    let pre = statements(&s.pre, &first);
+    let bond = statements(&s.bond, &bonds);
+    let post = statements(&s.post, &last);
+    let streams = number(s.streams.outs.len());
+    let kept = names(&s.from_streams, "stream");
     let formed = s.from_streams.ops.iter().enumerate();
     let formed = formed.map(|(k, op)| match op {
         Op::Geo(stream) => {
-            let (r, stream) = (register(k as u32), *stream as usize);
+            let (r, stream) = (kept.of_register(k as u32), number(*stream as usize));
             quote!(let #r = bond.stream(#stream);)
         }
-        _ => statement(k as u32, op),
+        _ => statement(k as u32, op, &kept),
     });
     let values = s.from_streams.outs.iter().enumerate().map(|(k, r)| {
-        let r = register(*r);
+        let (k, r) = (number(k), kept.of_register(*r));
         quote!(#k => #r,)
     });
-    let handed: Vec<Ident> = s.pre.outs.iter().map(|r| register(*r)).collect();
+    let handed = s.pre.outs.iter().map(|r| first.of_register(*r));
     let stores = s.post.outs.iter().enumerate().map(|(k, r)| {
-        let r = register(*r);
+        let (k, r) = (number(k), last.of_register(*r));
         quote!(node.out(#k, #r);)
     });
     quote! {
-        #[doc = #doc]
+        #(#[doc = #doc])*
         #[derive(Clone, Copy)]
         pub struct #name;
         impl Sweep<#dim> for #name {
@@ -150,47 +157,155 @@ fn sweep(k: usize, s: &SweepSpec, dim: usize) -> TokenStream {
     }
 }
 
-fn register(r: u32) -> Ident {
-    format_ident!("r{}", r)
+/// What a sweep is for, and what the numbers in its functions are.
+fn doc(s: &SweepSpec, spec: &Spec) -> Vec<String> {
+    let when = match s.stage {
+        Stage::Reference => "once, at rest",
+        Stage::Part => "once, when initial values are set",
+        Stage::Family => "once, and again where bonds broke",
+        Stage::Step => "at every force evaluation",
+        Stage::Energy => "when the energy is asked for",
+        Stage::Tangent => "when the tangent is asked for",
+        Stage::Update => "once per accepted step",
+    };
+    let over = match s.reference {
+        true => "all bonds",
+        false => "intact bonds",
+    };
+    let family = &spec.families[s.family as usize].name;
+    let list = |slots: &[u32]| {
+        let names: Vec<String> = slots.iter().map(|k| quantity(spec, *k)).collect();
+        names.join(", ")
+    };
+    let mut lines = vec![format!("`{}`, {when}: {over} of `{family}`.", s.name)];
+    let mut line = |title: &str, text: String| {
+        if !text.is_empty() {
+            lines.push(format!("- {title}: {text}"));
+        }
+    };
+    line("own", list(&s.own));
+    line("nbr", list(&s.nbr));
+    line("out", list(&s.out));
+    let mut constants = [&s.geometry, &s.streams, &s.pre, &s.bond, &s.post]
+        .into_iter()
+        .flat_map(|tape| &tape.ops)
+        .filter_map(|op| match op {
+            Op::Const(k) => Some(*k),
+            _ => None,
+        })
+        .collect::<Vec<_>>();
+    constants.sort_unstable();
+    constants.dedup();
+    for k in constants {
+        if let Some(r) = spec.constants.outs.get(k as usize) {
+            line(&format!("c{k}"), formula(&spec.constants, *r, spec, None));
+        }
+    }
+    for (k, r) in s.geometry.outs.iter().enumerate() {
+        line(&format!("g{k}"), formula(&s.geometry, *r, spec, Some(s)));
+    }
+    for (k, r) in s.streams.outs.iter().enumerate() {
+        line(
+            &format!("stream{k}"),
+            formula(&s.streams, *r, spec, Some(s)),
+        );
+    }
+    lines
 }
 
-fn statements(tape: &Tape) -> TokenStream {
+/// What the registers of a tape are called.
+struct Names(Vec<Ident>);
+
+impl Names {
+    fn of(tape: &Tape, geo: &str, s: &SweepSpec, spec: &Spec) -> Names {
+        let mut known = std::collections::BTreeSet::new();
+        let name = |(k, op): (usize, &Op)| {
+            let number = format!("r{k}");
+            let read = read(op, &tape.ops, geo, s, spec).unwrap_or_else(|| number.clone());
+            let free = known.insert(read.clone());
+            Ident::new(if free { &read } else { &number }, Span::call_site())
+        };
+        Names(tape.ops.iter().enumerate().map(name).collect())
+    }
+
+    fn of_register(&self, r: u32) -> &Ident {
+        &self.0[r as usize]
+    }
+}
+
+/// The name of what an operation reads.
+fn read(op: &Op, ops: &[Op], geo: &str, s: &SweepSpec, spec: &Spec) -> Option<String> {
+    let slot = |end: &str, slots: &[u32], k: u32| {
+        let name = quantity(spec, slots[k as usize]);
+        let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
+        format!("{end}_{}", name.chars().map(plain).collect::<String>())
+    };
+    let at = |r: u32| &ops[r as usize];
+    Some(match op {
+        Op::Const(k) => format!("c{k}"),
+        Op::Geo(k) => format!("{geo}{k}"),
+        Op::Acc(k) => format!("sum{k}"),
+        Op::Own(k) => slot("own", &s.own, *k),
+        Op::Nbr(k) => slot("nbr", &s.nbr, *k),
+        Op::Pre(k) => {
+            let handed = &s.pre.ops[s.pre.outs[*k as usize] as usize];
+            read(handed, &s.pre.ops, geo, s, spec).unwrap_or_else(|| format!("pre{k}"))
+        }
+        Op::Xi(a) => format!("xi_{}", axis(*a)),
+        Op::Eta(a) => format!("eta_{}", axis(*a)),
+        Op::Add(a, b) => match (at(*a), at(*b)) {
+            (Op::Xi(a), Op::Eta(b)) if a == b => format!("y_{}", axis(*a)),
+            _ => return None,
+        },
+        Op::Ix => "ix".into(),
+        _ => return None,
+    })
+}
+
+/// An index, without the suffix of its type.
+fn number(n: usize) -> Literal {
+    Literal::usize_unsuffixed(n)
+}
+
+fn statements(tape: &Tape, names: &Names) -> TokenStream {
     let lines = tape
         .ops
         .iter()
         .enumerate()
-        .map(|(k, op)| statement(k as u32, op));
+        .map(|(k, op)| statement(k as u32, op, names));
     quote!(#(#lines)*)
 }
 
-fn statement(k: u32, op: &Op) -> TokenStream {
+fn statement(k: u32, op: &Op, names: &Names) -> TokenStream {
+    let register = |r: &u32| names.of_register(*r);
     let effect = match op {
         Op::Kill(m) => {
-            let m = register(*m);
+            let m = register(m);
             Some(quote!(bond.kill(#m);))
         }
         Op::AddTo(acc, a, b) => {
-            let (acc, a, b) = (*acc as usize, register(*a), register(*b));
+            let (acc, a, b) = (number(*acc as usize), register(a), register(b));
             Some(quote!(bond.add(&mut acc[#acc], #a, #b);))
         }
         Op::MaxTo(acc, v) => {
-            let (acc, v) = (*acc as usize, register(*v));
+            let (acc, v) = (number(*acc as usize), register(v));
             Some(quote!(bond.max(&mut acc[#acc], #v);))
         }
         Op::PutHistory(h, v) => {
-            let (h, v) = (*h as usize, register(*v));
+            let (h, v) = (number(*h as usize), register(v));
             Some(quote!(bond.put_history(#h, #v);))
         }
         _ => None,
     };
     effect.unwrap_or_else(|| {
-        let r = register(k);
-        let value = value(op);
+        let r = register(&k);
+        let value = value(op, names);
         quote!(let #r = #value;)
     })
 }
 
-fn value(op: &Op) -> TokenStream {
+fn value(op: &Op, names: &Names) -> TokenStream {
+    let register = |r: u32| names.of_register(r);
     let call = |f: &str, args: &[u32]| {
         let f = Ident::new(f, Span::call_site());
         let args = args.iter().map(|r| register(*r));
@@ -201,19 +316,23 @@ fn value(op: &Op) -> TokenStream {
             Ident::new(object, Span::call_site()),
             Ident::new(f, Span::call_site()),
         );
+        let k = number(k);
         quote!(#object.#f(#k))
     };
     match op {
-        Op::Lit(v) => quote!(L::splat(#v)),
+        Op::Lit(v) => {
+            let v = Literal::f64_unsuffixed(*v);
+            quote!(L::splat(#v))
+        }
         Op::Inf => quote!(L::splat(f64::INFINITY)),
         Op::Const(k) => read("node", "constant", *k as usize),
         Op::Own(k) => read("node", "own", *k as usize),
         Op::Pre(k) => {
-            let k = *k as usize;
+            let k = number(*k as usize);
             quote!(pre[#k])
         }
         Op::Acc(k) => {
-            let k = *k as usize;
+            let k = number(*k as usize);
             quote!(acc[#k])
         }
         Op::Nbr(k) => read("bond", "nbr", *k as usize),

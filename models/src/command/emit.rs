@@ -1,9 +1,9 @@
 //! `pdlang emit`: a law at any stage of its journey, printed.
 
 use clap::builder::PossibleValuesParser;
-use clap::{Arg, ArgAction, ArgMatches, Command};
+use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use pdlang::assemble::Kinematics;
-use pdlang::emit::{self, Stage};
+use pdlang::emit::{self, Request, Stage};
 use pdlang_models::{files, registry};
 
 use super::{Failure, Outcome, color, input_error};
@@ -30,9 +30,16 @@ pub fn command() -> Command {
                 .help("Passes and kernels for small displacements")
                 .action(ArgAction::SetTrue),
         )
+        .arg(
+            Arg::new("dim")
+                .long("dim")
+                .value_name("N")
+                .help("Dimensions of the passes and kernels [default: the most that the law is for]")
+                .value_parser(value_parser!(u8).range(1..=3)),
+        )
         .after_help(
-            "ast: the tree as it was read. ir: after all checks. passes: the sweeps of each dimension. \
-             rust: the kernels. latex, markdown: the page of the law.",
+            "ast: the tree as it was read. ir: after all checks. passes: what is summed when, as tapes. \
+             rust: the kernels, as a macro writes them. latex, markdown: the page of the law.",
         )
 }
 
@@ -48,14 +55,13 @@ pub fn execute(matches: &ArgMatches) -> Outcome {
         true => Kinematics::Linearised,
         false => Kinematics::General,
     };
-    match emit::emit_in(
-        &text,
-        &path,
-        &mut files::read,
+    let request = Request {
         stage,
         kinematics,
-        Some(&link),
-    ) {
+        dim: matches.get_one::<u8>("dim").map(|n| usize::from(*n)),
+        link: Some(&link),
+    };
+    match emit::emit_in(&text, &path, &mut files::read, request) {
         Ok(shown) => {
             print!("{shown}");
             Ok(())

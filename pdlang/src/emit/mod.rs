@@ -7,13 +7,15 @@ mod ast;
 mod ir;
 mod latex;
 mod page;
+mod rust;
 mod symbols;
 
 use crate::assemble::{self, Kinematics};
 use crate::diag::Diagnostic;
 use crate::files::{self, Files};
 use crate::front;
-use crate::rust;
+use crate::ir::Law;
+use crate::spec::Spec;
 
 /// What can be printed.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -22,9 +24,9 @@ pub enum Stage {
     Ast,
     /// The law after all checks, with functions inlined.
     Ir,
-    /// The sweeps of each dimension, after derivation and scheduling.
+    /// The sweeps, after derivation and scheduling.
     Passes,
-    /// The kernels.
+    /// The kernels, as a macro writes them.
     Rust,
     /// The page of the law, as LaTeX and as Markdown.
     Latex,
@@ -53,34 +55,43 @@ impl Stage {
     }
 }
 
+/// What is wanted of a law.
+#[derive(Clone, Copy, Debug)]
+pub struct Request<'a> {
+    pub stage: Stage,
+    /// Of the passes and kernels; the other stages are of the law as it is written.
+    pub kinematics: Kinematics,
+    /// Of the stages that have one; `None`: the highest that the law is for.
+    pub dim: Option<usize>,
+    /// Where a page says that the text is.
+    pub link: Option<&'a str>,
+}
+
 /// The laws of a text at one stage, one after the other. `link` is where a page says that the text is.
 ///
 /// # Errors
 /// All findings, when one of them is an error.
 pub fn emit(text: &str, stage: Stage, link: Option<&str>) -> Result<String, Vec<Diagnostic>> {
-    emit_in(
-        text,
-        "",
-        &mut files::nowhere,
+    let request = Request {
         stage,
-        Kinematics::General,
+        kinematics: Kinematics::General,
+        dim: None,
         link,
-    )
+    };
+    emit_in(text, "", &mut files::nowhere, request)
 }
 
-/// As [`emit`], for the text of the file at `path`, which may use others. Passes and kernels are those of the
-/// kinematics; the other stages are of the law as it is written.
+/// As [`emit`], for the text of the file at `path`, which may use others.
 ///
 /// # Errors
-/// As [`emit`].
+/// As [`emit`]; or a law is not for that many dimensions.
 pub fn emit_in(
     text: &str,
     path: &str,
     files: &mut Files,
-    stage: Stage,
-    kinematics: Kinematics,
-    link: Option<&str>,
+    request: Request,
 ) -> Result<String, Vec<Diagnostic>> {
+    let Request { stage, link, .. } = request;
     let source = front::source(text, path, files);
     if source.checked.has_errors() {
         return Err(source.checked.diagnostics);
@@ -90,11 +101,8 @@ pub fn emit_in(
         Ok(match stage {
             Stage::Ast => ast::model(model),
             Stage::Ir => ir::law(law),
-            Stage::Passes => {
-                let specs = assemble::specs(law, kinematics)?;
-                specs.iter().map(ToString::to_string).collect()
-            }
-            Stage::Rust => laid_out(&rust::module(&assemble::specs(law, kinematics)?).to_string()),
+            Stage::Passes => spec(law, &request)?.to_string(),
+            Stage::Rust => rust::page(crate::rust::module(&[spec(law, &request)?])),
             Stage::Latex => page::latex(law, model, &source),
             Stage::Markdown => page::markdown(law, model, &source, link),
         })
@@ -103,41 +111,17 @@ pub fn emit_in(
     Ok(parts?.join("\n"))
 }
 
-/// Rust tokens with a statement per line. What stands between quotes is left alone.
-fn laid_out(tokens: &str) -> String {
-    let (mut out, mut line, mut depth) = (String::new(), String::new(), 0_usize);
-    let (mut quoted, mut escaped, mut inside) = (false, false, 0_i32);
-    let mut end = |line: &mut String, depth: usize| {
-        if !line.trim().is_empty() {
-            out.push_str(&"    ".repeat(depth));
-            out.push_str(line.trim());
-            out.push('\n');
-        }
-        line.clear();
-    };
-    for letter in tokens.chars() {
-        if letter == '}' && !quoted {
-            end(&mut line, depth);
-            depth = depth.saturating_sub(1);
-        }
-        line.push(letter);
-        if letter == '"' && !escaped {
-            quoted = !quoted;
-        }
-        inside += match letter {
-            '[' | '(' if !quoted => 1,
-            ']' | ')' if !quoted => -1,
-            _ => 0,
-        };
-        escaped = quoted && letter == '\\' && !escaped;
-        // The `;` of an array type ends nothing.
-        if !quoted && (matches!(letter, '{' | '}') || letter == ';' && inside == 0) {
-            end(&mut line, depth);
-            depth += usize::from(letter == '{');
-        }
+/// The law in as many dimensions as it was asked for.
+fn spec(law: &Law, request: &Request) -> Result<Spec, Vec<Diagnostic>> {
+    let served = || law.flavours.iter().map(|f| f.dim());
+    let dim = request.dim.or_else(|| served().max()).unwrap_or(3);
+    if !served().any(|d| d == dim) {
+        let flavours: Vec<&str> = law.flavours.iter().map(|f| f.name()).collect();
+        let what = format!("`{}` has no kernels in {dim}D", law.name);
+        let label = format!("this law is for {}", flavours.join(", "));
+        return Err(vec![Diagnostic::error("PD091", what).at(law.span, label)]);
     }
-    end(&mut line, depth);
-    out
+    assemble::spec(law, dim, request.kinematics)
 }
 
 #[cfg(test)]

@@ -51,9 +51,33 @@ fn formulas_are_those_of_papers() {
 }
 
 #[test]
-fn rust_has_a_statement_per_line() {
-    assert_eq!(
-        laid_out("fn f (x : [f64 ; 2]) { let a = \"{;\" ; a }"),
-        "fn f (x : [f64 ; 2]) {\n    let a = \"{;\" ;\n    a\n}\n"
-    );
+fn kernels_say_what_they_read() {
+    let in_2d = |stage, dim| {
+        let request = Request {
+            stage,
+            kinematics: Kinematics::General,
+            dim: Some(dim),
+            link: None,
+        };
+        emit_in(LAW, "", &mut files::nowhere, request)
+    };
+    let rust = in_2d(Stage::Rust, 2).unwrap();
+    for part in [
+        "/// `force`, at every force evaluation: intact bonds of `horizon`.",
+        "pub mod d2 {",
+        "let xi_x = bond.xi(0);",
+        "let y_y = L::add(xi_y, eta_y);",
+        " bytes of JSON\"",
+    ] {
+        assert!(rust.contains(part), "{part}\n{rust}");
+    }
+    let bar = LAW.replace("{\n  param K", "for bar {\n  param K");
+    let request = Request {
+        stage: Stage::Passes,
+        kinematics: Kinematics::General,
+        dim: Some(3),
+        link: None,
+    };
+    let refused = emit_in(&bar, "", &mut files::nowhere, request).unwrap_err();
+    assert_eq!(refused[0].code, "PD091");
 }

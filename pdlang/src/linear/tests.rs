@@ -65,14 +65,13 @@ fn what_is_linear_stays_as_it_is() {
 }
 
 fn refusal(text: &str) -> String {
-    let made = emit::emit_in(
-        text,
-        "m.pd",
-        &mut nowhere,
-        Shown::Passes,
-        Kinematics::Linearised,
-        None,
-    );
+    let request = emit::Request {
+        stage: Shown::Passes,
+        kinematics: Kinematics::Linearised,
+        dim: None,
+        link: None,
+    };
+    let made = emit::emit_in(text, "m.pd", &mut nowhere, request);
     let shown = made.expect_err("the law cannot be linearised");
     let shown = shown.iter().map(|d| d.render(text, "m.pd", false));
     shown.collect::<Vec<_>>().join("\n\n")
