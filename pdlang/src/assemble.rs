@@ -374,7 +374,9 @@ fn along_bond(lowering: &mut Lowering, e: ExprId) -> Vec<Poly> {
         };
         value = axes.map(part).collect();
     }
-    lowering.small(e, value, Reading::Whole, Keep::First)
+    let value = lowering.small(e, value, Reading::Whole, Keep::First);
+    let gathered = value.iter().map(|p| lowering.algebra.gathered(p));
+    gathered.collect()
 }
 
 fn add_state(algebra: &mut Algebra, state: &mut ForceState, family: FamilyId, parts: Vec<Poly>) {

@@ -162,7 +162,8 @@ mod tests {
         let text = "model m \"t\" cite \"a, eq. 1\" { param K : pressure \"k\"  energy W = K*sum(s^2)/ball(1) }";
         let law = crate::front::file(text);
         assert!(!law.has_errors(), "{:?}", law.diagnostics);
-        let spec = crate::assemble::spec(&law.laws[0], 1).unwrap();
+        let spec =
+            crate::assemble::spec(&law.laws[0], 1, crate::assemble::Kinematics::General).unwrap();
         let shown = |r| formula(&tape, r, &spec, None);
         assert_eq!(shown(4), "x/(x - c0)^2");
         assert_eq!(shown(5), "x - (x - c0)");

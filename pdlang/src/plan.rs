@@ -52,6 +52,35 @@ impl Algebra {
         }
     }
 
+    /// The same bond polynomial with node quantities taken out of definitions on bonds: `a b + c (eta - H xi)` reads a, b,
+    /// c and H at both ends, `(a b - c H) xi + c eta` two products that were formed at the node.
+    pub fn gathered(&mut self, p: &Poly) -> Poly {
+        let mut sum = Poly::zero();
+        for (m, c) in &p.0 {
+            let mixed = m.0.iter().find_map(|(a, n)| match self.atom(*a) {
+                Atom::Named(_, inner) if *n == 1 && self.mixes(inner) => Some((*a, inner.clone())),
+                _ => None,
+            });
+            let term = match mixed {
+                Some((a, inner)) => {
+                    let rest = Poly(vec![(m.without(a), *c)]);
+                    let product = self.mul(&rest, &inner);
+                    self.gathered(&product)
+                }
+                None => Poly(vec![(m.clone(), *c)]),
+            };
+            sum = self.add(&sum, &term);
+        }
+        sum
+    }
+
+    /// Several terms, of which some have node quantities as factors.
+    fn mixes(&self, p: &Poly) -> bool {
+        let of_node = |(a, _): &(AtomId, i32)| matches!(self.place(*a), Place::Own | Place::Nbr(_));
+        let mixed = self.nature_of(p).home == Home::Bond;
+        mixed && p.0.len() > 1 && p.0.iter().any(|(m, _)| m.0.iter().any(of_node))
+    }
+
     /// True for a function that costs a node more than to read its value at the other end of a bond.
     fn is_dear(&self, id: AtomId) -> bool {
         use Func::{Cos, Exp, Ln, Pow, Sin, Tan};
@@ -237,5 +266,29 @@ fn fold_coefficients(terms: &mut [Term]) {
             t.coefficient = rest;
             t.geo = Some(Poly(scaled));
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::assemble::{self, Kinematics};
+    use crate::front;
+    use crate::spec::{Spec, Stage};
+    use crate::tape::Op;
+
+    /// Of the force of stabilised correspondence a bond needs B = sigma K^-1 - c H and c of both ends, ten numbers instead
+    /// of the nineteen that it names; of its gradient, three products of a weight and a component instead of nine.
+    #[test]
+    fn node_quantities_are_gathered_and_products_shared() {
+        let text = include_str!("../../models/laws/correspondence_stabilised.pd");
+        let spec: Spec =
+            assemble::spec(&front::file(text).laws[0], 3, Kinematics::General).unwrap();
+        let of_step = |s: &&crate::spec::SweepSpec| s.stage == Stage::Step;
+        let [gradient, force] = spec.sweeps.iter().filter(of_step).collect::<Vec<_>>()[..] else {
+            panic!("two sweeps");
+        };
+        assert_eq!((force.own.len(), force.nbr.len()), (10, 10));
+        let products = |op: &&Op| matches!(op, Op::Mul(a, b) if a != b);
+        assert_eq!(gradient.bond.ops.iter().filter(products).count(), 3);
     }
 }

@@ -157,6 +157,7 @@ impl SweepWriter<'_> {
                 }
             }
         }
+        let mut pairs = Vec::new();
         for sum in left {
             let body = self.weighted(sum);
             let k = self.accumulator(sum);
@@ -166,6 +167,10 @@ impl SweepWriter<'_> {
                 continue;
             }
             let groups = by_geometry(self.algebra.plan(&body));
+            if let Some((geo, a, b)) = self.pair(&groups) {
+                pairs.push((k, geo, a, b));
+                continue;
+            }
             // One addition per bond, so that blocks of bonds add in the order of the bonds.
             let (a, b) = match groups.first_key_value() {
                 Some((geo, terms)) if groups.len() == 1 => {
@@ -175,6 +180,60 @@ impl SweepWriter<'_> {
                 _ => (self.bond_value(&body), self.bond.lit(1.0)),
             };
             self.bond.effect(Op::AddTo(k, a, b));
+        }
+        self.add_pairs(pairs);
+    }
+
+    /// A value of geometry times two factors.
+    fn pair(
+        &mut self,
+        groups: &BTreeMap<Option<Poly>, Vec<Term>>,
+    ) -> Option<(Poly, Factor, Factor)> {
+        let (Some(geo), terms) = groups.first_key_value()? else {
+            return None;
+        };
+        let [term] = terms.as_slice() else {
+            return None;
+        };
+        let product = self.product(term);
+        let mut factors = product.factors.into_iter();
+        match (factors.next()?, factors.next()?, factors.next()) {
+            ((a, 1), (b, 1), None) if groups.len() == 1 && product.coefficient.is_one() => {
+                Some((geo.clone(), a, b))
+            }
+            _ => None,
+        }
+    }
+
+    /// Adds geometry times two factors to sums: geometry times the factor that most of them share is formed once.
+    fn add_pairs(&mut self, mut pairs: Vec<(u32, Poly, Factor, Factor)>) {
+        loop {
+            let mut shared: BTreeMap<(Poly, Factor), u32> = BTreeMap::new();
+            for (_, geo, a, b) in &pairs {
+                *shared.entry((geo.clone(), a.clone())).or_default() += 1;
+                *shared.entry((geo.clone(), b.clone())).or_default() += 1;
+            }
+            let most = shared.values().copied().max().unwrap_or(0);
+            let Some(((geo, factor), _)) = shared.into_iter().find(|(_, n)| *n == most && most > 1)
+            else {
+                break;
+            };
+            let (value, r) = (self.geometry_value(Some(&geo)), self.bond_factor(&factor));
+            let product = self.bond.op(Op::Mul(value, r));
+            let of =
+                |p: &(u32, Poly, Factor, Factor)| p.1 == geo && (p.2 == factor || p.3 == factor);
+            let (with, without) = pairs.into_iter().partition(of);
+            pairs = without;
+            for (k, _, a, b) in with {
+                let other = self.bond_factor(if a == factor { &b } else { &a });
+                self.bond.effect(Op::AddTo(k, product, other));
+            }
+        }
+        for (k, geo, a, b) in pairs {
+            let (a, b) = (self.bond_factor(&a), self.bond_factor(&b));
+            let product = self.bond.op(Op::Mul(a, b));
+            let value = self.geometry_value(Some(&geo));
+            self.bond.effect(Op::AddTo(k, value, product));
         }
     }
 

@@ -1,7 +1,9 @@
 //! SELL-8 kernels in AVX-512 intrinsics: nodes in lanes, records loaded and transposed instead of gathered, one number
 //! per bond, software prefetch.
+use super::elastic;
 use super::lattice::root;
 use super::scene::{DX, HORIZON};
+use super::twin::Elastic;
 use std::arch::x86_64::*;
 
 const AHEAD: usize = 24;
@@ -16,9 +18,11 @@ pub struct Twin {
     bits: Vec<u8>,
     /// (1 + s0)^2
     limit: f64,
-    /// c w (PMB), omega w x^2 (LPS).
+    /// c w (PMB), omega w x^2 (LPS), c w/x (heat), w (correspondence).
     pmb: Vec<f64>,
     lps: Vec<f64>,
+    heat: Vec<f64>,
+    w: Vec<f64>,
     x: [Vec<f64>; 3],
     x_records: Vec<Record>,
     u_records: Vec<Record>,
@@ -27,6 +31,10 @@ pub struct Twin {
     pub a: Vec<f64>,
     pub b: Vec<f64>,
     pub q: Vec<f64>,
+    /// Correspondence: inverse shape tensor and stabilisation; rows of the state, the stabilisation behind the first.
+    shape: [Vec<f64>; 6],
+    penalty: Vec<f64>,
+    state: [Vec<Record>; 3],
 }
 
 impl Twin {
@@ -43,6 +51,8 @@ impl Twin {
             limit: (1.0 + s0) * (1.0 + s0),
             pmb: vec![],
             lps: vec![],
+            heat: vec![],
+            w: vec![],
             x: [zero(), zero(), zero()],
             x_records: vec![Record([0.0; 4]); len],
             u_records: vec![Record([0.0; 4]); len],
@@ -51,6 +61,9 @@ impl Twin {
             a: zero(),
             b: zero(),
             q: zero(),
+            shape: std::array::from_fn(|_| zero()),
+            penalty: zero(),
+            state: std::array::from_fn(|_| vec![Record([0.0; 4]); len]),
         };
         // Slots that no node has repeat node 0; nothing reads them.
         let slots = slot.iter().max().map_or(0, |last| *last as usize + 1);
@@ -113,6 +126,48 @@ impl Twin {
         let w = if there { w } else { 0.0 };
         self.pmb.push(w * c);
         self.lps.push(w * x);
+        // A lane without a bond names its own node.
+        self.heat.push(if x > 0.0 { w * c / x } else { 0.0 });
+        self.w.push(w);
+    }
+
+    /// Heat: the rate in `f[0]` of the temperature in `u[0]`, but for the factor `q`.
+    pub fn heat(&mut self) {
+        // SAFETY: checked in `new`; indices are slots.
+        unsafe { self.heat_avx512() }
+    }
+
+    /// What correspondence takes from whole families.
+    pub fn set_up(&mut self, e: &Elastic) {
+        for c in 0..self.start.len() - 1 {
+            for lane in 0..8 {
+                let (node, mut shape, mut count) = (8 * c + lane, [0.0; 6], 0.0);
+                for row in self.start[c]..self.start[c + 1] {
+                    if self.bits[row] >> lane & 1 == 1 {
+                        let j = self.index[8 * row + lane] as usize;
+                        let [x, y, z] = [0, 1, 2].map(|a| self.x[a][j] - self.x[a][node]);
+                        let products = [x * x, x * y, x * z, y * y, y * z, z * z];
+                        (0..6).for_each(|m| shape[m] += self.w[8 * row + lane] * products[m]);
+                        count += 1.0;
+                    }
+                }
+                if count > 0.0 {
+                    let inverse = elastic::inverse(shape);
+                    (0..6).for_each(|m| self.shape[m][node] = inverse[m]);
+                    self.penalty[node] = e.penalty / count;
+                }
+            }
+        }
+    }
+
+    /// Stabilised correspondence: displacement gradient (with breaking) and stress, then force.
+    pub fn correspondence(&mut self, e: &Elastic) {
+        // SAFETY: as above.
+        pack(&self.u, &mut self.u_records);
+        unsafe {
+            self.gradient_avx512(e);
+            self.pull_avx512();
+        }
     }
 
     /// PMB with breaking.
@@ -129,6 +184,120 @@ impl Twin {
         unsafe {
             self.dilatation_avx512();
             self.force_avx512();
+        }
+    }
+
+    #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
+    unsafe fn heat_avx512(&mut self) {
+        unsafe {
+            let t = self.u[0].as_ptr();
+            for c in 0..self.start.len() - 1 {
+                let at = 8 * c;
+                let ti = _mm512_loadu_pd(t.add(at));
+                let mut sum = _mm512_setzero_pd();
+                for row in self.start[c]..self.start[c + 1] {
+                    let index = self.index.as_ptr().add(8 * row);
+                    _mm_prefetch::<_MM_HINT_T0>(index.wrapping_add(8 * AHEAD).cast());
+                    let bits = *self.bits.as_ptr().add(row);
+                    let d = _mm512_maskz_sub_pd(bits, gather(t, index), ti);
+                    sum = _mm512_fmadd_pd(stream(&self.heat, row), d, sum);
+                }
+                let rate = _mm512_mul_pd(sum, _mm512_loadu_pd(self.q.as_ptr().add(at)));
+                _mm512_storeu_pd(self.f[0].as_mut_ptr().add(at), rate);
+            }
+        }
+    }
+
+    #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
+    unsafe fn gradient_avx512(&mut self, material: &Elastic) {
+        unsafe {
+            let (x, u) = (self.x_records.as_ptr(), self.u_records.as_ptr());
+            let bits = self.bits.as_mut_ptr();
+            let limit = _mm512_set1_pd(self.limit);
+            for c in 0..self.start.len() - 1 {
+                let at = 8 * c;
+                let (xi, ui) = (own(x, at), own(u, at));
+                let mut s = [_mm512_setzero_pd(); 9];
+                for row in self.start[c]..self.start[c + 1] {
+                    let bond = bond(x, u, &xi, &ui, self.index.as_ptr().add(8 * row));
+                    let mut k = *bits.add(row);
+                    let longest = _mm512_mul_pd(limit, bond.reference);
+                    let dead = _mm512_mask_cmp_pd_mask::<_CMP_LT_OQ>(k, longest, bond.square);
+                    if dead != 0 {
+                        k &= !dead;
+                        *bits.add(row) = k;
+                    }
+                    let w = stream(&self.w, row);
+                    let mut a = 0;
+                    while a < 3 {
+                        let eta = _mm512_maskz_mul_pd(k, w, bond.eta[a]);
+                        let mut b = 0;
+                        while b < 3 {
+                            s[3 * a + b] = _mm512_fmadd_pd(eta, bond.xi[b], s[3 * a + b]);
+                            b += 1;
+                        }
+                        a += 1;
+                    }
+                }
+                let load = |v: &Vec<f64>| _mm512_loadu_pd(v.as_ptr().add(at));
+                let shape = std::array::from_fn(|m| load(&self.shape[m]));
+                let penalty = load(&self.penalty);
+                let state = elastic::state(&s, &shape, penalty, material);
+                for (a, to) in self.state.iter_mut().enumerate() {
+                    let rows = [state[3 * a], state[3 * a + 1], state[3 * a + 2], penalty];
+                    let rows = rows.map(|v| {
+                        let mut lanes = [0.0; 8];
+                        _mm512_storeu_pd(lanes.as_mut_ptr(), v);
+                        lanes
+                    });
+                    for lane in 0..8 {
+                        to[at + lane].0 = [0, 1, 2, 3].map(|k| rows[k][lane]);
+                    }
+                }
+            }
+        }
+    }
+
+    #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
+    unsafe fn pull_avx512(&mut self) {
+        unsafe {
+            let (x, u) = (self.x_records.as_ptr(), self.u_records.as_ptr());
+            let state = [0, 1, 2].map(|a| self.state[a].as_ptr());
+            for c in 0..self.start.len() - 1 {
+                let at = 8 * c;
+                let (xi, ui) = (own(x, at), own(u, at));
+                let mine = [own(state[0], at), own(state[1], at), own(state[2], at)];
+                let ci = _mm512_loadu_pd(self.penalty.as_ptr().add(at));
+                let mut f = [_mm512_setzero_pd(); 3];
+                for row in self.start[c]..self.start[c + 1] {
+                    let index = self.index.as_ptr().add(8 * row);
+                    let bond = bond(x, u, &xi, &ui, index);
+                    let w = stream(&self.w, row);
+                    let bits = *self.bits.as_ptr().add(row);
+                    let (first, cj) = four(state[0], index);
+                    let far = [
+                        first,
+                        components(state[1], index),
+                        components(state[2], index),
+                    ];
+                    let c = _mm512_add_pd(ci, cj);
+                    let mut a = 0;
+                    while a < 3 {
+                        let mut t = _mm512_mul_pd(c, bond.eta[a]);
+                        let mut b = 0;
+                        while b < 3 {
+                            let both = _mm512_add_pd(mine[a][b], far[a][b]);
+                            t = _mm512_fmadd_pd(both, bond.xi[b], t);
+                            b += 1;
+                        }
+                        f[a] = _mm512_mask3_fmadd_pd(w, t, f[a], bits);
+                        a += 1;
+                    }
+                }
+                for (to, value) in self.f.iter_mut().zip(f) {
+                    _mm512_storeu_pd(to.as_mut_ptr().add(at), value);
+                }
+            }
         }
     }
 
@@ -278,6 +447,13 @@ unsafe fn own(v: *const Record, at: usize) -> [__m512d; 3] {
 #[inline]
 #[target_feature(enable = "avx512f")]
 unsafe fn components(v: *const Record, index: *const u32) -> [__m512d; 3] {
+    unsafe { four(v, index).0 }
+}
+
+/// Components of eight records, and what stands behind them.
+#[inline]
+#[target_feature(enable = "avx512f")]
+unsafe fn four(v: *const Record, index: *const u32) -> ([__m512d; 3], __m512d) {
     unsafe {
         let mut r = [_mm512_setzero_pd(); 4];
         let mut k = 0;
@@ -297,11 +473,12 @@ unsafe fn components(v: *const Record, index: *const u32) -> [__m512d; 3] {
         );
         let low = _mm512_setr_epi64(0, 1, 8, 9, 4, 5, 12, 13);
         let high = _mm512_setr_epi64(2, 3, 10, 11, 6, 7, 14, 15);
-        [
+        let first = [
             _mm512_permutex2var_pd(even, low, even2),
             _mm512_permutex2var_pd(odd, low, odd2),
             _mm512_permutex2var_pd(even, high, even2),
-        ]
+        ];
+        (first, _mm512_permutex2var_pd(odd, high, odd2))
     }
 }
 
@@ -334,6 +511,53 @@ unsafe fn stream(v: &[f64], row: usize) -> __m512d {
     }
 }
 
+/// Eight bonds, with |Y|^2 and |xi|^2.
+struct Bonds {
+    xi: [__m512d; 3],
+    eta: [__m512d; 3],
+    y: [__m512d; 3],
+    square: __m512d,
+    reference: __m512d,
+}
+
+#[inline]
+#[target_feature(enable = "avx512f")]
+unsafe fn bond(
+    x: *const Record,
+    u: *const Record,
+    xi: &[__m512d; 3],
+    ui: &[__m512d; 3],
+    index: *const u32,
+) -> Bonds {
+    unsafe {
+        _mm_prefetch::<_MM_HINT_T0>(index.wrapping_add(8 * AHEAD).cast());
+        let (xj, uj) = (components(x, index), components(u, index));
+        let (mut xi, mut eta, mut y) = (*xi, *ui, *ui);
+        let mut a = 0;
+        while a < 3 {
+            xi[a] = _mm512_sub_pd(xj[a], xi[a]);
+            eta[a] = _mm512_sub_pd(uj[a], ui[a]);
+            y[a] = _mm512_add_pd(xi[a], eta[a]);
+            a += 1;
+        }
+        let (square, reference) = (norm(&y), norm(&xi));
+        Bonds {
+            xi,
+            eta,
+            y,
+            square,
+            reference,
+        }
+    }
+}
+
+#[inline]
+#[target_feature(enable = "avx512f")]
+fn norm(v: &[__m512d; 3]) -> __m512d {
+    let two = _mm512_fmadd_pd(v[1], v[1], _mm512_mul_pd(v[0], v[0]));
+    _mm512_fmadd_pd(v[2], v[2], two)
+}
+
 /// Y = xi + eta, |Y|^2, |xi|^2.
 #[inline]
 #[target_feature(enable = "avx512f")]
@@ -344,27 +568,6 @@ unsafe fn deformed(
     ui: &[__m512d; 3],
     index: *const u32,
 ) -> ([__m512d; 3], __m512d, __m512d) {
-    unsafe {
-        _mm_prefetch::<_MM_HINT_T0>(index.wrapping_add(8 * AHEAD).cast());
-        let (xj, uj) = (components(x, index), components(u, index));
-        let mut y = *ui;
-        let mut xi = *xi;
-        let mut a = 0;
-        while a < 3 {
-            xi[a] = _mm512_sub_pd(xj[a], xi[a]);
-            y[a] = _mm512_add_pd(xi[a], _mm512_sub_pd(uj[a], ui[a]));
-            a += 1;
-        }
-        let square = _mm512_fmadd_pd(
-            y[2],
-            y[2],
-            _mm512_fmadd_pd(y[1], y[1], _mm512_mul_pd(y[0], y[0])),
-        );
-        let reference = _mm512_fmadd_pd(
-            xi[2],
-            xi[2],
-            _mm512_fmadd_pd(xi[1], xi[1], _mm512_mul_pd(xi[0], xi[0])),
-        );
-        (y, square, reference)
-    }
+    let bond = unsafe { bond(x, u, xi, ui, index) };
+    (bond.y, bond.square, bond.reference)
 }

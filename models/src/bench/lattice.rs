@@ -1,5 +1,7 @@
 //! Lattice kernels in AVX-512 intrinsics: rows of eight nodes, a stencil table, one mask byte per row.
+use super::elastic;
 use super::scene::{DX, HORIZON};
+use super::twin::Elastic;
 use std::arch::x86_64::*;
 
 /// One stencil entry, its values in the order of use.
@@ -10,9 +12,11 @@ struct Entry {
     ix: f64,
     /// Of y^2.
     limit: f64,
-    /// c w (PMB), omega w x^2 and omega w x (LPS).
+    /// c w (PMB), omega w x^2 and omega w x (LPS), c w/x (heat), w (correspondence).
     pmb: f64,
     lps: [f64; 2],
+    heat: f64,
+    w: f64,
 }
 
 /// The scene in a padded box, x fastest.
@@ -30,10 +34,14 @@ pub struct Twin {
     pub a: Vec<f64>,
     pub b: Vec<f64>,
     pub q: Vec<f64>,
+    /// Correspondence: inverse shape tensor and stabilisation, and the state of the nodes.
+    shape: [Vec<f64>; 6],
+    penalty: Vec<f64>,
+    state: [Vec<f64>; 9],
 }
 
 impl Twin {
-    /// `c`: PMB constant; `s0`: critical stretch. The processor must have AVX-512.
+    /// `c`: constant of PMB or of heat conduction; `s0`: critical stretch. The processor must have AVX-512.
     pub fn new(n: usize, c: f64, s0: f64) -> Twin {
         assert!(is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq"));
         let reach = (HORIZON / DX) as usize;
@@ -53,6 +61,9 @@ impl Twin {
             a: zero(),
             b: zero(),
             q: zero(),
+            shape: std::array::from_fn(|_| zero()),
+            penalty: zero(),
+            state: std::array::from_fn(|_| zero()),
         };
         t.stencil(c, s0);
         t.masks();
@@ -91,6 +102,8 @@ impl Twin {
                         limit: (x * x) * ((1.0 + s0) * (1.0 + s0)),
                         pmb: w * c,
                         lps: [w * x, w],
+                        heat: w * c / x,
+                        w,
                     });
                 }
             }
@@ -139,6 +152,156 @@ impl Twin {
         unsafe {
             self.dilatation_avx512();
             self.force_avx512();
+        }
+    }
+
+    /// Heat: the rate in `f[0]` of the temperature in `u[0]`, but for the factor `q`.
+    pub fn heat(&mut self) {
+        // SAFETY: as above.
+        unsafe { self.heat_avx512() }
+    }
+
+    /// What correspondence takes from whole families.
+    pub fn set_up(&mut self, e: &Elastic) {
+        for (c, &at) in self.chunks.iter().enumerate() {
+            for lane in 0..8 {
+                let (mut shape, mut count) = ([0.0; 6], 0.0);
+                for (k, entry) in self.entries.iter().enumerate() {
+                    if self.bits[c * self.entries.len() + k] >> lane & 1 == 1 {
+                        let [x, y, z] = entry.xi;
+                        let products = [x * x, x * y, x * z, y * y, y * z, z * z];
+                        (0..6).for_each(|m| shape[m] += entry.w * products[m]);
+                        count += 1.0;
+                    }
+                }
+                if count > 0.0 {
+                    let inverse = elastic::inverse(shape);
+                    (0..6).for_each(|m| self.shape[m][at + lane] = inverse[m]);
+                    self.penalty[at + lane] = e.penalty / count;
+                }
+            }
+        }
+    }
+
+    /// Stabilised correspondence: displacement gradient (with breaking) and stress, then force.
+    pub fn correspondence(&mut self, e: &Elastic) {
+        // SAFETY: as above.
+        unsafe {
+            self.gradient_avx512(e);
+            self.pull_avx512();
+        }
+    }
+
+    #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
+    unsafe fn heat_avx512(&mut self) {
+        unsafe {
+            let t = self.u[0].as_ptr();
+            let mut bits = self.bits.as_ptr();
+            let first = self.entries.as_ptr();
+            let end = first.add(self.entries.len());
+            for &at in &self.chunks {
+                let ti = load(t, at);
+                let mut sum = _mm512_setzero_pd();
+                let mut e = first;
+                while e != end {
+                    let other = at.wrapping_add_signed((*e).offset);
+                    let d = _mm512_maskz_sub_pd(*bits, load(t, other), ti);
+                    sum = _mm512_fmadd_pd(_mm512_set1_pd((*e).heat), d, sum);
+                    e = e.add(1);
+                    bits = bits.add(1);
+                }
+                let rate = _mm512_mul_pd(sum, load(self.q.as_ptr(), at));
+                _mm512_storeu_pd(self.f[0].as_mut_ptr().add(at), rate);
+            }
+        }
+    }
+
+    #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
+    unsafe fn gradient_avx512(&mut self, material: &Elastic) {
+        unsafe {
+            let u = [self.u[0].as_ptr(), self.u[1].as_ptr(), self.u[2].as_ptr()];
+            let mut bits = self.bits.as_mut_ptr();
+            let first = self.entries.as_ptr();
+            let end = first.add(self.entries.len());
+            for &at in &self.chunks {
+                let ui = [load(u[0], at), load(u[1], at), load(u[2], at)];
+                let mut s = [_mm512_setzero_pd(); 9];
+                let mut e = first;
+                while e != end {
+                    let (_, square) = deformed(&u, &ui, at, e);
+                    let mut k = *bits;
+                    let limit = _mm512_set1_pd((*e).limit);
+                    let dead = _mm512_mask_cmp_pd_mask::<_CMP_LT_OQ>(k, limit, square);
+                    if dead != 0 {
+                        k &= !dead;
+                        *bits = k;
+                    }
+                    let other = at.wrapping_add_signed((*e).offset);
+                    let w = _mm512_set1_pd((*e).w);
+                    let mut a = 0;
+                    while a < 3 {
+                        let eta = _mm512_sub_pd(load(u[a], other), ui[a]);
+                        let eta = _mm512_maskz_mul_pd(k, w, eta);
+                        let mut b = 0;
+                        while b < 3 {
+                            let xi = _mm512_set1_pd((*e).xi[b]);
+                            s[3 * a + b] = _mm512_fmadd_pd(eta, xi, s[3 * a + b]);
+                            b += 1;
+                        }
+                        a += 1;
+                    }
+                    e = e.add(1);
+                    bits = bits.add(1);
+                }
+                let shape = std::array::from_fn(|m| load(self.shape[m].as_ptr(), at));
+                let c = load(self.penalty.as_ptr(), at);
+                let state = elastic::state(&s, &shape, c, material);
+                for (to, value) in self.state.iter_mut().zip(state) {
+                    _mm512_storeu_pd(to.as_mut_ptr().add(at), value);
+                }
+            }
+        }
+    }
+
+    #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
+    unsafe fn pull_avx512(&mut self) {
+        unsafe {
+            let u = [self.u[0].as_ptr(), self.u[1].as_ptr(), self.u[2].as_ptr()];
+            let state: [*const f64; 9] = std::array::from_fn(|k| self.state[k].as_ptr());
+            let penalty = self.penalty.as_ptr();
+            let mut bits = self.bits.as_ptr();
+            let first = self.entries.as_ptr();
+            let end = first.add(self.entries.len());
+            for &at in &self.chunks {
+                let ui = [load(u[0], at), load(u[1], at), load(u[2], at)];
+                let own: [__m512d; 9] = std::array::from_fn(|k| load(state[k], at));
+                let ci = load(penalty, at);
+                let mut f = [_mm512_setzero_pd(); 3];
+                let mut e = first;
+                while e != end {
+                    let other = at.wrapping_add_signed((*e).offset);
+                    let c = _mm512_add_pd(ci, load(penalty, other));
+                    let w = _mm512_set1_pd((*e).w);
+                    let mut a = 0;
+                    while a < 3 {
+                        let eta = _mm512_sub_pd(load(u[a], other), ui[a]);
+                        let mut t = _mm512_mul_pd(c, eta);
+                        let mut b = 0;
+                        while b < 3 {
+                            let both = _mm512_add_pd(own[3 * a + b], load(state[3 * a + b], other));
+                            t = _mm512_fmadd_pd(both, _mm512_set1_pd((*e).xi[b]), t);
+                            b += 1;
+                        }
+                        f[a] = _mm512_mask3_fmadd_pd(w, t, f[a], *bits);
+                        a += 1;
+                    }
+                    e = e.add(1);
+                    bits = bits.add(1);
+                }
+                for (to, value) in self.f.iter_mut().zip(f) {
+                    _mm512_storeu_pd(to.as_mut_ptr().add(at), value);
+                }
+            }
         }
     }
 

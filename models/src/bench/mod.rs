@@ -5,6 +5,8 @@ pub mod clock;
 #[cfg(target_arch = "x86_64")]
 pub mod cloud;
 #[cfg(target_arch = "x86_64")]
+mod elastic;
+#[cfg(target_arch = "x86_64")]
 pub mod lattice;
 pub mod scene;
 pub mod twin;

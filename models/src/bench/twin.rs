@@ -8,6 +8,20 @@ pub enum Sums {
     Pmb(f64),
     /// B = 15 G/m and q = 3 (3K - 5G)/m^2 of every node, for the two sweeps of each step.
     Lps([Vec<f64>; 2]),
+    /// 2 dim k/ball(omega x^2) [W/(m^5 K)] and 1/(density cv), of the rate of the temperature.
+    Heat { c: f64, storage: f64 },
+    /// With omega = 1.
+    Correspondence(Elastic),
+}
+
+/// The material of the twin of stabilised correspondence, with omega = 1.
+#[derive(Clone, Copy, Default)]
+pub struct Elastic {
+    /// Lame parameters [Pa].
+    pub lambda: f64,
+    pub mu: f64,
+    /// Micro-modulus times the factor of the stabilisation [N/m^6].
+    pub penalty: f64,
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -15,15 +29,23 @@ pub use intrinsics::Twin;
 
 #[cfg(target_arch = "x86_64")]
 mod intrinsics {
-    use super::{Body, Engine, State, Sums};
+    use super::{Body, Elastic, Engine, State, Sums};
     use crate::bench::{cloud, lattice};
     use pdlang_runtime::engine::Isa;
 
     pub struct Twin {
-        pmb: bool,
+        kind: Kind,
         loops: Loops,
         /// Where the twin has every node, in user order.
         slots: Vec<usize>,
+    }
+
+    #[derive(Clone, Copy)]
+    enum Kind {
+        Pmb,
+        Lps,
+        Heat,
+        Correspondence(Elastic),
     }
 
     enum Loops {
@@ -39,9 +61,11 @@ mod intrinsics {
                 return None;
             }
             let n = (body.x.len() as f64).cbrt().round() as usize;
-            let (pmb, c) = match sums {
-                Sums::Pmb(c) => (true, *c),
-                Sums::Lps(_) => (false, 0.0),
+            let (kind, c) = match sums {
+                Sums::Pmb(c) => (Kind::Pmb, *c),
+                Sums::Lps(_) => (Kind::Lps, 0.0),
+                Sums::Heat { c, .. } => (Kind::Heat, *c),
+                Sums::Correspondence(e) => (Kind::Correspondence(*e), 0.0),
             };
             let (mut loops, slots): (Loops, Vec<usize>) = if e.report().traversal == "lattice" {
                 let twin = Box::new(lattice::Twin::new(n, c, s0));
@@ -59,33 +83,57 @@ mod intrinsics {
             };
             for (node, &slot) in slots.iter().enumerate() {
                 (0..3).for_each(|a| u[a][slot] = s.u[a][e.slot(node)]);
-                if let Sums::Lps(values) = sums {
-                    (b[slot], q[slot]) = (values[0][node], values[1][node]);
+                match sums {
+                    Sums::Lps(values) => (b[slot], q[slot]) = (values[0][node], values[1][node]),
+                    Sums::Heat { storage, .. } => {
+                        q[slot] = *storage;
+                        let temperature = e.state_slots("T").unwrap_or_default();
+                        for k in temperature {
+                            u[0][slot] = s.slots[k][e.slot(node)];
+                        }
+                    }
+                    Sums::Pmb(_) | Sums::Correspondence(_) => {}
                 }
             }
-            Some(Twin { pmb, loops, slots })
+            if let Kind::Correspondence(e) = &kind {
+                match &mut loops {
+                    Loops::Lattice(t) => t.set_up(e),
+                    Loops::Cloud(t) => t.set_up(e),
+                }
+            }
+            Some(Twin { kind, loops, slots })
         }
 
         pub fn run(&mut self) {
-            match (&mut self.loops, self.pmb) {
-                (Loops::Lattice(t), true) => t.pmb(),
-                (Loops::Lattice(t), false) => t.lps(),
-                (Loops::Cloud(t), true) => t.pmb(),
-                (Loops::Cloud(t), false) => t.lps(),
+            match (&mut self.loops, self.kind) {
+                (Loops::Lattice(t), Kind::Pmb) => t.pmb(),
+                (Loops::Lattice(t), Kind::Lps) => t.lps(),
+                (Loops::Lattice(t), Kind::Heat) => t.heat(),
+                (Loops::Lattice(t), Kind::Correspondence(e)) => t.correspondence(&e),
+                (Loops::Cloud(t), Kind::Pmb) => t.pmb(),
+                (Loops::Cloud(t), Kind::Lps) => t.lps(),
+                (Loops::Cloud(t), Kind::Heat) => t.heat(),
+                (Loops::Cloud(t), Kind::Correspondence(e)) => t.correspondence(&e),
             }
         }
 
-        /// Largest difference to the forces of an engine, relative to the largest force.
+        /// Largest difference to the forces of an engine, or to its rate of a field, relative to the largest one.
         pub fn distance(&self, e: &Engine) -> f64 {
             let f = match &self.loops {
                 Loops::Lattice(t) => &t.f,
                 Loops::Cloud(t) => &t.f,
             };
+            let rates: Vec<&[f64]> = e.rates().map(|r| r.drive).collect();
+            let forces: Vec<&[f64]> = e.force().iter().map(Vec::as_slice).collect();
+            let answers = match self.kind {
+                Kind::Heat => rates,
+                _ => forces,
+            };
             let (mut miss, mut size) = (0.0f64, 0.0f64);
             for (node, &slot) in self.slots.iter().enumerate() {
-                for a in 0..3 {
-                    miss = miss.max((f[a][slot] - e.force()[a][e.slot(node)]).abs());
-                    size = size.max(f[a][slot].abs());
+                for (f, answer) in f.iter().zip(&answers) {
+                    miss = miss.max((f[slot] - answer[e.slot(node)]).abs());
+                    size = size.max(f[slot].abs());
                 }
             }
             miss / size

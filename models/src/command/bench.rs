@@ -12,7 +12,7 @@ use clap::{Arg, ArgMatches, Command, value_parser};
 use indicatif::{ProgressBar, ProgressStyle};
 use pdlang_models::bench::clock::cpu;
 use pdlang_models::bench::scene;
-use pdlang_models::bench::twin::{Sums, Twin};
+use pdlang_models::bench::twin::{Elastic, Sums, Twin};
 use pdlang_models::registry;
 use pdlang_runtime::body::Body;
 use pdlang_runtime::engine::{Breaking, Engine, Isa, State, Traversal};
@@ -318,6 +318,16 @@ fn sums(law: &str, engine: &Engine) -> Option<Sums> {
                 of(&|m| 3.0 * bulk / m / m),
             ]))
         }
+        "heat" => Some(Sums::Heat {
+            // 6 k/(pi delta^4), with k = 1 W/(m K).
+            c: 6.0 / (std::f64::consts::PI * scene::HORIZON.powi(4)),
+            storage: 1.0 / (parameter("density") * parameter("cv")),
+        }),
+        "correspondence_stabilised" => Some(Sums::Correspondence(Elastic {
+            lambda: scene::K - 2.0 / 3.0 * scene::G,
+            mu: scene::G,
+            penalty: 18.0 * scene::K / (std::f64::consts::PI * scene::HORIZON.powi(5)),
+        })),
         _ => None,
     }
 }

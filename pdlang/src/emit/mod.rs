@@ -119,7 +119,7 @@ fn spec(law: &Law, request: &Request) -> Result<Spec, Vec<Diagnostic>> {
         let flavours: Vec<&str> = law.flavours.iter().map(|f| f.name()).collect();
         let what = format!("`{}` has no kernels in {dim}D", law.name);
         let label = format!("this law is for {}", flavours.join(", "));
-        return Err(vec![Diagnostic::error("PD091", what).at(law.span, label)]);
+        return Err(vec![Diagnostic::error("PD092", what).at(law.span, label)]);
     }
     assemble::spec(law, dim, request.kinematics)
 }

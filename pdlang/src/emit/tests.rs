@@ -79,5 +79,5 @@ fn kernels_say_what_they_read() {
         link: None,
     };
     let refused = emit_in(&bar, "", &mut files::nowhere, request).unwrap_err();
-    assert_eq!(refused[0].code, "PD091");
+    assert_eq!(refused[0].code, "PD092");
 }
