@@ -101,7 +101,7 @@ fn degenerate(like: &Body, flavour: Flavour, spacing: f64) -> Vec<(&'static str,
     let along = |k: usize, l: usize, off: f64| -> [f64; 3] {
         let (s, t) = (k as f64 * 0.8 * spacing, l as f64 * 0.8 * spacing);
         let tilted = [0.6 * s - 0.48 * t, 0.64 * s + 0.6 * t, 0.48 * s + 0.64 * t];
-        let sign = if (k + l) % 2 == 0 { off } else { -off };
+        let sign = if (k + l).is_multiple_of(2) { off } else { -off };
         let bent = [
             tilted[0] - sign * spacing,
             tilted[1] + sign * spacing * 0.5,
