@@ -6,6 +6,7 @@ use pdlang_models::registry;
 use pdlang_models::verify::bodies::Random;
 use pdlang_models::verify::{Level, Options, Verdict, verify};
 use pdlang_tests::laws;
+use rayon::prelude::*;
 
 /// Sets of random parameters, influence functions and horizons per law.
 const SETS: u64 = if cfg!(feature = "long") { 100 } else { 2 };
@@ -34,7 +35,7 @@ const fn planted(
 }
 
 /// Numbers such as E10 and E-PML1 are those of the errata of the papers and the book that the laws cite.
-const PLANTED: [Planted; 39] = [
+const PLANTED: [Planted; 40] = [
     // 9 for 15: another dimension's factor of the deviatoric energy.
     planted(
         "lps",
@@ -238,6 +239,13 @@ const PLANTED: [Planted; 39] = [
         &[(" + dim*al*T  # dilatation", "")],
         "constants",
         "node theta",
+    ),
+    // E4: the b-term is missing.
+    planted(
+        "solid",
+        &[(" + cb*sum(Gb*x*(s - al*T)^2)", "")],
+        "constants",
+        "energy W",
     ),
     // E14: the mean of two ends without its parenthesis.
     planted(
@@ -475,28 +483,60 @@ fn random(law: &Law, seed: u64) -> Options {
 /// Whatever the parameters, the influence function and the horizon: a law of the catalogue fails nothing.
 #[test]
 fn the_catalogue_raises_no_false_alarm() {
-    let mut alarms = String::new();
-    for entry in registry::CATALOGUE {
-        let law = entry.law().expect("a correct law");
-        let started = std::time::Instant::now();
-        let usual = std::iter::once(Options::default());
-        for (k, options) in usual
-            .chain((0..SETS).map(|seed| random(&law, seed)))
-            .enumerate()
-        {
-            let verdicts = verify(&law, entry.text, &options).expect("values within bounds");
-            let failed = summary(&verdicts);
-            if !failed.is_empty() {
-                alarms += &format!("{} set {k} {options:?}:\n{failed}", law.name);
-            }
+    let alarms: Vec<String> = registry::CATALOGUE
+        .par_iter()
+        .flat_map_iter(alarms)
+        .collect();
+    assert!(alarms.is_empty(), "{}", alarms.concat());
+}
+
+/// What fails of a law, set by set.
+fn alarms(entry: &registry::Entry) -> Vec<String> {
+    let law = entry.law().expect("a correct law");
+    let started = std::time::Instant::now();
+    let usual = std::iter::once(Options::default());
+    let mut alarms = Vec::new();
+    for (k, options) in usual
+        .chain((0..SETS).map(|seed| random(&law, seed)))
+        .enumerate()
+    {
+        let verdicts = verify(&law, entry.text, &options).expect("values within bounds");
+        let failed = summary(&verdicts);
+        if !failed.is_empty() {
+            let (name, chosen) = (&law.name, &options.influence.as_ref().map(|(f, _)| &f.name));
+            let alarm = format!(
+                "{name} set {k} {:?} {chosen:?} {:e} m:\n{failed}",
+                options.params, options.horizon
+            );
+            println!("{alarm}");
+            alarms.push(alarm);
         }
-        println!(
-            "{}: {:.1} s per set",
-            law.name,
-            started.elapsed().as_secs_f64() / (SETS + 1) as f64
-        );
     }
-    assert!(alarms.is_empty(), "{alarms}");
+    let seconds = started.elapsed().as_secs_f64() / (SETS + 1) as f64;
+    println!("{}: {seconds:.1} s per set, {} sets", law.name, SETS + 1);
+    alarms
+}
+
+/// Seleson and Parks 2011, Table 5.1: analytic constants on a lattice of 122 neighbours. The ratios are those of the sums over
+/// the lattice to the integrals in the errata of that table; the mistake of the paper is a warning here.
+#[test]
+fn analytic_constants_on_a_coarse_lattice_are_warned_of() {
+    let law = laws::law("gpmb");
+    let text = registry::find("gpmb").expect("a law").text;
+    for (p, ratio) in [(3, 1.0366), (5, 0.9412), (10, 0.4048)] {
+        let options = Options {
+            influence: Some(laws::influence(&format!("softened(p = {p}, eps = 0.5 mm)"))),
+            ..Options::default()
+        };
+        let verdicts = verify(&law, text, &options).expect("usual values");
+        let bulk = |v: &&Verdict| {
+            v.check == "lattice_constants" && v.flavour == Some(Flavour::Solid) && v.quantity == "K"
+        };
+        let verdict = verdicts.iter().find(bulk).expect("a bulk modulus");
+        let found = verdict.measured.expect("a number") / verdict.expected.expect("a number");
+        assert!((found - ratio).abs() < 1e-4, "p = {p}: {found}");
+        assert_eq!(verdict.level == Level::Warn, p == 10, "{verdict:?}");
+    }
 }
 
 /// What is known is a warning with its reason, and nothing more is known than fails.
@@ -504,6 +544,9 @@ fn the_catalogue_raises_no_false_alarm() {
 fn what_is_known_is_a_warning_and_needed() {
     for entry in registry::CATALOGUE {
         let law = entry.law().expect("a correct law");
+        if law.knowns.is_empty() {
+            continue;
+        }
         let mut bare = law.clone();
         bare.knowns.clear();
         let options = Options::default();

@@ -103,10 +103,10 @@ fn options(matches: &ArgMatches) -> Result<Options, Failure> {
     }
     if let Some(text) = matches.get_one::<String>("horizon") {
         options.horizon = number(text)?;
-        if options.horizon.is_nan() || options.horizon <= 0.0 || options.horizon.is_infinite() {
+        if !(1e-12..=1e9).contains(&options.horizon) {
             return Err(input_error(
                 format!("the horizon is {text}"),
-                "it is a length above 0",
+                "it is a length above 0, between 1e-12 and 1e9 m",
             ));
         }
     }

@@ -473,7 +473,8 @@ fn lattice(
 ) -> Result<Vec<Verdict>, String> {
     let families = Families::lattice(subject.law, flavour, subject.spacing());
     let mut verdicts = Vec::new();
-    for &(what, continuum, _) in found {
+    let known = |(_, value, _): &&(Quantity, f64, f64)| value.is_finite() && *value != 0.0;
+    for &(what, continuum, _) in found.iter().filter(known) {
         let measured = measure(what, subject.law, &families, settings)?;
         let ratio = measured / continuum;
         let level = if (ratio - 1.0).abs() <= LATTICE {
