@@ -121,7 +121,7 @@ const PLANTED: [Planted; 40] = [
     // An energy that jumps.
     planted(
         "pmb",
-        &[("sum(x * s^2)", "sum(select(s > 0.001, 2, 1)*x*s^2)")],
+        &[("sum(x * s^2)", "sum(select(s > 0.003, 2, 1)*x*s^2)")],
         "gradient",
         "energy W",
     ),

@@ -120,9 +120,17 @@ impl Case {
         }
     }
 
+    /// Zeros of a law whose forces cancel, so that nothing is left to compute.
     pub fn force(&mut self) -> Vectors {
         self.engine.forces(&mut self.state, Breaking::Held);
-        gather(&self.engine, self.engine.force())
+        self.filled(gather(&self.engine, self.engine.force()))
+    }
+
+    fn filled(&self, vectors: Vectors) -> Vectors {
+        match vectors.is_empty() {
+            true => vec![[0.0; 3]; self.body.x.len()],
+            false => vectors,
+        }
     }
 
     /// Strain energy density; empty for a law without energy. After [`Case::force`].
@@ -145,12 +153,12 @@ impl Case {
             .sum()
     }
 
-    /// Change of the force along an increment. After [`Case::force`]; empty for a law without tangent.
+    /// Change of the force along an increment. After [`Case::force`].
     pub fn tangent(&mut self, du: &[[f64; 3]]) -> Vectors {
         let mut increment = self.state.u.clone();
         spread(&self.engine, du, &mut increment);
         let tangent = self.engine.tangent(&self.state, &increment).to_vec();
-        gather(&self.engine, &tangent)
+        self.filled(gather(&self.engine, &tangent))
     }
 
     /// The rate of a scalar field.
@@ -158,7 +166,9 @@ impl Case {
         self.engine.forces(&mut self.state, Breaking::Held);
         let slots = self.engine.state_slots(name).unwrap_or_default();
         let rate = self.engine.rates().find(|rate| slots.contains(&rate.slot));
-        let Some(rate) = rate else { return Vec::new() };
+        let Some(rate) = rate else {
+            return vec![0.0; self.body.x.len()];
+        };
         let whole = rate.whole(&self.state);
         per_node(&self.engine, &self.engine.spread(rate.slot, &whole))
     }
