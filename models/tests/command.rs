@@ -307,6 +307,14 @@ fn check_accepts_a_law_and_shows_what_is_wrong_with_another() {
             .replace("theta", "thetta")
             .replacen("thetta", "theta", 1),
     );
+    mentions(
+        &pdlang(&["check", "--explain", "PD012"], 0),
+        &["PD012: units that differ", "let c = delta + 1 mm"],
+    );
+    mentions(
+        &pdlang(&["check", "--explain", "PD9"], 1),
+        &["there is no code `PD9`", "PD105"],
+    );
     let text = pdlang(&["check", &good, &bad], 1);
     mentions(
         &text,

@@ -424,8 +424,11 @@ fn pairwise(algebra: &mut Algebra, state: &ForceState) -> bool {
             parts.iter().enumerate().all(|(a, p)| {
                 let along = algebra.intern(direction(a as u8));
                 let plan = algebra.plan(p);
-                plan.iter()
-                    .all(|t| t.own.is_none() && t.nbr.is_none() && t.step.degree(along) == 1)
+                let of_node = |a: &AtomId| algebra.nature(*a).sums;
+                plan.iter().all(|t| {
+                    let bond = t.own.is_none() && t.nbr.is_none();
+                    bond && t.step.degree(along) == 1 && !t.step.0.iter().any(|(a, _)| of_node(a))
+                })
             })
         })
     })

@@ -189,7 +189,7 @@ fn reads_atom(algebra: &Algebra, p: &Poly, target: AtomId) -> bool {
 }
 
 /// Whether an atom that `test` accepts is anywhere in a polynomial, inside of sums and at other ends too.
-fn reads(
+pub fn reads(
     algebra: &Algebra,
     p: &Poly,
     test: &dyn Fn(&Atom) -> bool,

@@ -1,6 +1,6 @@
 //! A register of a tape as a formula that a person can read.
 //!
-//! Contract. Total on every tape; parentheses only where they are needed. Registers of other tapes keep the names that
+//! Contract. Total on every tape; parentheses only where they are needed; what is long ends in dots. Registers of other tapes keep the names that
 //! generated code gives them: `c0` is a constant, `g0` a value of geometry, `stream0` a stream, `sum0` a sum.
 
 use crate::spec::{SlotKind, SlotSpec, Spec, SweepSpec};
@@ -17,13 +17,29 @@ enum Tight {
 
 type Shown = (String, Tight);
 
+/// Longest formula of a register.
+const LONG: usize = 160;
+
 /// The value of register `r`. A sweep gives names to the node quantities that it reads.
 pub fn formula(tape: &Tape, r: u32, spec: &Spec, sweep: Option<&SweepSpec>) -> String {
     shown(tape, r, spec, sweep).0
 }
 
+/// Registers one after the other, so that what is read twice is formed once.
 fn shown(tape: &Tape, r: u32, spec: &Spec, sweep: Option<&SweepSpec>) -> Shown {
-    let of = |r: &u32| shown(tape, *r, spec, sweep);
+    let mut before: Vec<Shown> = Vec::new();
+    for op in tape.ops.iter().take(r as usize + 1) {
+        let (text, tight) = value(op, &before, spec, sweep);
+        before.push(match text.len() > LONG {
+            true => atom(".."),
+            false => (text, tight),
+        });
+    }
+    before.pop().unwrap_or_else(|| atom(format!("r{r}")))
+}
+
+fn value(op: &Op, before: &[Shown], spec: &Spec, sweep: Option<&SweepSpec>) -> Shown {
+    let of = |r: &u32| before[*r as usize].clone();
     let at_least = |r: &u32, tight: Tight| match of(r) {
         (text, t) if t >= tight => text,
         (text, _) => format!("({text})"),
@@ -46,9 +62,6 @@ fn shown(tape: &Tape, r: u32, spec: &Spec, sweep: Option<&SweepSpec>) -> Shown {
     let node = |k: &u32, list: fn(&SweepSpec) -> &[u32]| {
         let slot = sweep.and_then(|s| list(s).get(*k as usize));
         slot.map_or_else(|| format!("q{k}"), |slot| quantity(spec, *slot))
-    };
-    let Some(op) = tape.ops.get(r as usize) else {
-        return atom(format!("r{r}"));
     };
     match op {
         Op::Lit(v) if *v < 0.0 => (format!("{v}"), Tight::Product),
@@ -113,7 +126,7 @@ fn shown(tape: &Tape, r: u32, spec: &Spec, sweep: Option<&SweepSpec>) -> Shown {
         Op::Not(a) => call("not", &[*a]),
         Op::Select(m, a, b) => call("if", &[*m, *a, *b]),
         // Effects have no value.
-        Op::Kill(_) | Op::AddTo(..) | Op::MaxTo(..) | Op::PutHistory(..) => atom(format!("r{r}")),
+        Op::Kill(_) | Op::AddTo(..) | Op::MaxTo(..) | Op::PutHistory(..) => atom(""),
     }
 }
 

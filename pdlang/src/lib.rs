@@ -2,6 +2,7 @@
 pub mod assemble;
 pub mod ast;
 mod check;
+pub mod codes;
 pub mod compile;
 pub mod constants;
 pub mod damping;

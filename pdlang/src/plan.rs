@@ -6,7 +6,7 @@
 //! Terms that share a step factor share their node quantities, so that a law that divides by the weighted
 //! volume per bond on paper does so once per node here.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::ir::Home;
 use crate::poly::{Algebra, Atom, AtomId, Collector, Func, Monomial, Poly, Rate};
@@ -54,24 +54,36 @@ impl Algebra {
 
     /// The same bond polynomial with node quantities taken out of definitions on bonds: `a b + c (eta - H xi)` reads a, b,
     /// c and H at both ends, `(a b - c H) xi + c eta` two products that were formed at the node.
+    /// A definition that would make it long stays whole.
     pub fn gathered(&mut self, p: &Poly) -> Poly {
-        let mut sum = Poly::zero();
-        for (m, c) in &p.0 {
-            let mixed = m.0.iter().find_map(|(a, n)| match self.atom(*a) {
-                Atom::Named(_, inner) if *n == 1 && self.mixes(inner) => Some((*a, inner.clone())),
+        const LONG: usize = 64;
+        let mut whole = p.clone();
+        let mut closed = BTreeSet::new();
+        loop {
+            let atoms = whole.0.iter().flat_map(|(m, _)| &m.0);
+            let open = atoms.filter(|(a, n)| *n == 1 && !closed.contains(a));
+            let found = open.map(|(a, _)| *a).find_map(|a| match self.atom(a) {
+                Atom::Named(_, inner) if self.mixes(inner) => Some((a, inner.clone())),
                 _ => None,
             });
-            let term = match mixed {
-                Some((a, inner)) => {
-                    let rest = Poly(vec![(m.without(a), *c)]);
-                    let product = self.mul(&rest, &inner);
-                    self.gathered(&product)
-                }
-                None => Poly(vec![(m.clone(), *c)]),
+            let Some((a, inner)) = found else {
+                return whole;
             };
-            sum = self.add(&sum, &term);
+            let holders = whole.0.iter().filter(|(m, _)| m.degree(a) == 1).count();
+            if whole.0.len() + holders * (inner.0.len() - 1) > LONG {
+                closed.insert(a);
+                continue;
+            }
+            let mut sum = Collector::default();
+            for (m, c) in whole.0 {
+                let opened = match m.degree(a) {
+                    1 => self.mul(&Poly(vec![(m.without(a), c)]), &inner),
+                    _ => Poly(vec![(m, c)]),
+                };
+                opened.0.into_iter().for_each(|(m, c)| sum.term(m, c));
+            }
+            whole = sum.finish(self);
         }
-        sum
     }
 
     /// Several terms, of which some have node quantities as factors.
@@ -290,5 +302,24 @@ mod tests {
         assert_eq!((force.own.len(), force.nbr.len()), (10, 10));
         let products = |op: &&Op| matches!(op, Op::Mul(a, b) if a != b);
         assert_eq!(gradient.bond.ops.iter().filter(products).count(), 3);
+    }
+
+    #[test]
+    fn what_would_be_long_stays_whole() {
+        let definition = |k: usize| {
+            let terms: Vec<String> = (0..9).map(|n| format!("{n}.5*a*x^{n}/delta^{n}")).collect();
+            format!("bond b{k} = {}*s + {k}*s", terms.join("*s + "))
+        };
+        let definitions: Vec<String> = (1..7).map(definition).collect();
+        let text = format!(
+            "model m \"M\" cite \"N, eq. 1\" {{ param K : pressure > 0 \"k\" node a = mean(s) {} \
+             state t = K/ball(x)*b1*b2*b3*b4*b5*b6 }}",
+            definitions.join(" ")
+        );
+        let checked = front::file(&text);
+        assert!(!checked.has_errors(), "{:?}", checked.diagnostics);
+        let spec = assemble::spec(&checked.laws[0], 3, Kinematics::General).unwrap();
+        let longest = spec.sweeps.iter().map(|s| s.bond.ops.len()).max();
+        assert!(longest < Some(2000), "{longest:?}");
     }
 }

@@ -126,7 +126,7 @@ impl Twin {
         let w = if there { w } else { 0.0 };
         self.pmb.push(w * c);
         self.lps.push(w * x);
-        // A lane without a bond names its own node.
+        // A lane of a node without bonds may name its own node.
         self.heat.push(if x > 0.0 { w * c / x } else { 0.0 });
         self.w.push(w);
     }

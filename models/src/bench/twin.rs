@@ -132,7 +132,11 @@ mod intrinsics {
             let (mut miss, mut size) = (0.0f64, 0.0f64);
             for (node, &slot) in self.slots.iter().enumerate() {
                 for (f, answer) in f.iter().zip(&answers) {
-                    miss = miss.max((f[slot] - answer[e.slot(node)]).abs());
+                    let apart = (f[slot] - answer[e.slot(node)]).abs();
+                    if apart.is_nan() {
+                        return f64::NAN;
+                    }
+                    miss = miss.max(apart);
                     size = size.max(f[slot].abs());
                 }
             }

@@ -2,10 +2,10 @@
 
 use clap::{Arg, ArgMatches, Command};
 use pdlang::diag::Diagnostic;
-use pdlang::{front, probe};
+use pdlang::{codes, front, probe};
 use pdlang_models::files;
 
-use super::{Failure, Outcome, color};
+use super::{Failure, Outcome, color, input_error};
 
 pub fn command() -> Command {
     Command::new("check")
@@ -14,13 +14,23 @@ pub fn command() -> Command {
             Arg::new("files")
                 .value_name("FILE.pd")
                 .help("Law files to check")
-                .required(true)
+                .required_unless_present("explain")
                 .num_args(1..),
+        )
+        .arg(
+            Arg::new("explain")
+                .long("explain")
+                .value_name("CODE")
+                .conflicts_with("files")
+                .help("Say what a code such as PD012 means, with examples"),
         )
         .after_help("All errors of all files are shown, each with its place and a remedy.")
 }
 
 pub fn execute(matches: &ArgMatches) -> Outcome {
+    if let Some(code) = matches.get_one::<String>("explain") {
+        return explain(code);
+    }
     let files: Vec<&String> = matches.get_many("files").into_iter().flatten().collect();
     let wrong = files.iter().filter(|file| !check(file)).count();
     match wrong {
@@ -29,6 +39,22 @@ pub fn execute(matches: &ArgMatches) -> Outcome {
             "{n} of {} files wrong",
             files.len()
         ))),
+    }
+}
+
+fn explain(code: &str) -> Outcome {
+    match codes::explanation(code) {
+        Some(section) => {
+            println!("{section}");
+            Ok(())
+        }
+        None => {
+            let known: Vec<&str> = codes::codes().collect();
+            Err(input_error(
+                format!("there is no code `{code}`"),
+                format!("codes are {}", known.join(", ")),
+            ))
+        }
     }
 }
 

@@ -89,7 +89,7 @@ fn remark(attribute: TokenStream) -> Option<String> {
             if word == "doc" =>
         {
             let text = text.to_string();
-            let text = text.trim_start_matches('"').trim_end_matches('"');
+            let text = text.strip_prefix('"')?.strip_suffix('"')?.to_string();
             Some(
                 format!("/// {}", text.trim())
                     .replace("\\'", "'")

@@ -1,6 +1,6 @@
 //! Which laws cannot be linearised, and where the text says so.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use crate::diag::Diagnostic;
 use crate::ir::{Builtin, ExprId, ExprKind, Law, Reduction, Response};
@@ -58,12 +58,17 @@ pub(super) fn rough(law: &Law, e: ExprId) -> Diagnostic {
 struct Moving<'a> {
     law: &'a Law,
     memo: HashMap<ExprId, bool>,
+    /// What [`Moving::kink`] has looked at.
+    seen: HashSet<ExprId>,
 }
 
 impl<'a> Moving<'a> {
     fn of(law: &'a Law) -> Moving<'a> {
-        let memo = HashMap::new();
-        Moving { law, memo }
+        Moving {
+            law,
+            memo: HashMap::new(),
+            seen: HashSet::new(),
+        }
     }
 
     /// What an expression is made of, a definition of its own.
@@ -86,6 +91,9 @@ impl<'a> Moving<'a> {
 
     /// The first choice, absolute value or extreme that displacements decide, and the definition that it is in.
     fn kink(&mut self, e: ExprId, within: Option<usize>) -> Option<(Option<usize>, ExprId)> {
+        if !self.seen.insert(e) {
+            return None;
+        }
         use Builtin::{Abs, Max, Min, Select};
         let deciding = match &self.law.exprs[e.index()].kind {
             ExprKind::Call(Abs | Max | Min, args) => args.clone(),

@@ -7,8 +7,9 @@
 use std::collections::{BTreeMap, HashMap};
 
 use super::{Keep, Rough};
+use crate::damping::reads;
 use crate::lower::{Lowering, Reading};
-use crate::poly::{Algebra, Atom, AtomId, Func, Monomial, Poly, Rate};
+use crate::poly::{Algebra, Atom, AtomId, Func, Monomial, Poly, Rate, StateKind};
 use crate::ratio::Ratio;
 
 /// Terms of the orders 0, 1 and 2 in the displacement.
@@ -53,12 +54,13 @@ impl<'t, 'l> Taylor<'t, 'l> {
         })
     }
 
-    /// The first order, or the second where there is no other.
+    /// The first order; and the second where there is no first one, or one that is there for a field only: that of
+    /// `(s - alpha T)^2` is no more than its mixed term.
     fn left(&mut self, s: &Series) -> Poly {
-        match s[0].is_zero() && s[1].is_zero() {
-            true => s[2].clone(),
-            false => self.algebra().sum(&s[..2]),
-        }
+        let of_field = |atom: &Atom| matches!(atom, Atom::State(StateKind::Slot, _));
+        let mixed = reads(self.lowering.algebra, &s[1], &of_field, &mut HashMap::new());
+        let whole = s[1].is_zero() || mixed;
+        self.algebra().sum(if whole { &s[..] } else { &s[..2] })
     }
 
     fn poly(&mut self, p: &Poly) -> Result<Series, Rough> {
@@ -115,6 +117,9 @@ impl<'t, 'l> Taylor<'t, 'l> {
         };
         let mut out = factor.clone();
         for _ in 1..n.unsigned_abs() {
+            if out.iter().all(Poly::is_zero) {
+                break;
+            }
             out = self.product(&out, &factor);
         }
         Ok(out)
@@ -335,10 +340,13 @@ impl<'t, 'l> Taylor<'t, 'l> {
         [value, first, self.algebra().add(&second, &curved)]
     }
 
-    /// The function in the normal form; at 0 by its value.
+    /// The function in the normal form; at 0 and 1 by its value, so that what is nothing at rest is seen to be.
     fn formed(&mut self, f: Func, args: Vec<Poly>) -> Poly {
         let zero = args[0].is_zero();
+        let one = args[0].as_ratio() == Some(Ratio::ONE);
         match f {
+            Func::Ln if one => Poly::zero(),
+            Func::Sqrt | Func::Pow if one => Poly::int(1),
             Func::Recip => self.algebra().recip(&args[0]),
             Func::Sqrt => self.algebra().sqrt(&args[0]),
             Func::Pow => self.algebra().pow(&args[0], &args[1]),
@@ -370,12 +378,13 @@ fn degree(algebra: &Algebra, p: &Poly) -> Option<u32> {
 fn degree_in(algebra: &Algebra, p: &Poly, memo: &mut BTreeMap<AtomId, Option<u32>>) -> Option<u32> {
     let mut largest = 0;
     for (m, _) in &p.0 {
-        let mut sum = 0;
+        let mut sum = 0_u32;
         for (a, n) in &m.0 {
-            sum += match degree_of(algebra, *a, memo)? {
+            let degree = match degree_of(algebra, *a, memo)? {
                 0 => 0,
-                d => d * u32::try_from(*n).ok()?,
+                d => d.checked_mul(u32::try_from(*n).ok()?)?,
             };
+            sum = sum.checked_add(degree)?;
         }
         largest = largest.max(sum);
     }

@@ -154,3 +154,50 @@ fn choices_that_fields_make_are_smooth() {
         linearised(&law(&bare(items)), 2);
     }
 }
+
+#[test]
+fn what_is_nothing_at_rest_by_value_is_seen_to_be() {
+    let rough = refusal(&bare("energy W = K*sum(x*(ln(1 + s)^2)^0.75)/sum(x)"));
+    assert!(rough.contains("its energy is not smooth"), "{rough}");
+    // The degree of the last is beyond all integers.
+    let powers: Vec<String> = (0..8)
+        .map(|k| format!("bond b{} = 1 + b{k}^64", k + 1))
+        .collect();
+    let tower = format!(
+        "bond b0 = 1 + eta.x/x {} energy W = K*sum(b8*x)/sum(x)",
+        powers.join(" ")
+    );
+    let beyond = refusal(&bare(&tower));
+    assert!(beyond.starts_with("error[PD090]"), "{beyond}");
+}
+
+#[test]
+fn conditions_keep_what_displacements_change() {
+    let energy = "energy W = K*sum(x*s^2)/sum(x)";
+    for condition in [
+        "1 + s^2 > 1.01",
+        "ln(1 + s)^2 > 0.01",
+        "(s - 0.1*T)^2 > 0.01",
+        "s > 0.1",
+        "s > 0",
+    ] {
+        let spec = linearised(&law(&bare(&format!("{energy} break when {condition}"))), 2);
+        let kills = spec.sweeps.iter().find(|s| s.kills).expect("bonds break");
+        let moved = |op: &Op| matches!(op, Op::Eta(_));
+        assert!(
+            kills.bond.ops.iter().any(moved),
+            "{condition}: {:?}",
+            kills.bond
+        );
+        let killed = |op: &Op| matches!(op, Op::Kill(_));
+        let (kill, _) = kills
+            .bond
+            .ops
+            .iter()
+            .enumerate()
+            .find(|(_, op)| killed(op))
+            .expect("one breaks");
+        let before = &kills.bond.ops[..kill];
+        assert!(before.iter().any(moved), "{condition}: {before:?}");
+    }
+}
