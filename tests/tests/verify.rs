@@ -421,6 +421,10 @@ fn a_sentence_leads_to_the_line() {
                 "{:?}: {}",
                 planted.edits, verdict.sentence
             );
+            if planted.edits[0].1 == "/2 - dim" {
+                let says = "term 2 of `energy W` (line 13) times -1 ";
+                assert!(verdict.sentence.contains(says), "{}", verdict.sentence);
+            }
         }
     }
 }

@@ -141,11 +141,11 @@ pub fn expr_of(response: &Response) -> ExprId {
 /// The terms that an expression adds up, through signs, factors and sums over bonds.
 pub fn terms(law: &Law, expr: ExprId) -> Vec<ExprId> {
     use BinaryOp::{Add, Div, Mul, Sub};
+    // The terms of a constant factor, as in `dim*(dim + 2)*G`, are none of the sum.
+    let varies = |e: &&ExprId| law.exprs[e.index()].home != Home::Constant;
     let inside = |list: &[ExprId]| {
-        let found = list
-            .iter()
-            .map(|e| terms(law, *e))
-            .find(|parts| parts.len() > 1);
+        let sides = list.iter().filter(varies);
+        let found = sides.map(|e| terms(law, *e)).find(|parts| parts.len() > 1);
         found.unwrap_or_else(|| vec![expr])
     };
     match law.exprs[expr.index()].kind {
