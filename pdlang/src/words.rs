@@ -42,4 +42,25 @@ mod tests {
             assert_eq!(listed, words);
         }
     }
+
+    /// The grammar of editors colours every word of the language.
+    #[test]
+    fn are_coloured_by_editors() {
+        let colours = include_str!("../../docs/editors/vscode/syntaxes/pdlang.tmLanguage.json");
+        let apart = |c: char| !(c.is_ascii_alphanumeric() || c == '_');
+        // A `\\b` stands before the first of a list.
+        let known: Vec<&str> = colours
+            .split(apart)
+            .flat_map(|w| [w, w.strip_prefix('b').unwrap_or(w)])
+            .collect();
+        let rules = include_str!("grammar.pest")
+            .lines()
+            .filter(|line| line.starts_with("kw_"));
+        let words = rules.filter_map(|line| line.split('"').nth(1));
+        let items = TOP.iter().chain(&ITEMS).copied();
+        let forms = crate::resolve::names::FORMS.iter().copied();
+        for word in words.chain(items).chain(forms) {
+            assert!(known.contains(&word), "`{word}` has no colour");
+        }
+    }
 }
