@@ -1,0 +1,108 @@
+//! `pdlang plan`, and what a scene may leave out.
+
+use super::{PLATE, folder, pdlang, shown, write};
+
+/// The lists of a plan, each entry what it is and why.
+fn planned(scene: &str) -> [Vec<String>; 2] {
+    let plan: serde_json::Value =
+        serde_json::from_str(&pdlang(&["plan", scene, "--json"], 0)).expect("an object");
+    assert!(plan["seconds"].as_f64().is_some_and(|s| s > 0.0), "{plan}");
+    let steps = &plan["forecast"]["steps"];
+    assert!(steps["count"].as_u64().is_some_and(|n| n > 0), "{plan}");
+    ["needed", "left_out"].map(|key| {
+        let list = plan[key].as_array().expect("a list").iter();
+        list.filter_map(|item| Some(item.as_str()?.to_string()))
+            .collect()
+    })
+}
+
+/// Two laws are compiled for small displacements, others run interpreted; what is not linear is refused.
+#[test]
+fn a_scene_may_ask_for_small_displacements() {
+    let dir = folder("linearised");
+    let scene = |model: &str| {
+        let plate = PLATE.replace("\"lps\"", &format!("{model:?}\nlinearised = true"));
+        write(
+            dir.join(format!("{model}.toml")),
+            &format!("{plate}[time]\nsteps = 5\n"),
+        )
+    };
+    let out = dir.join("out");
+    for (model, compiled) in [("lps", true), ("lps_frozen", false)] {
+        let scene = scene(model);
+        let text = pdlang(&["run", &scene, "--out", &shown(&out)], 0);
+        assert!(text.contains(", linearised\n"), "{text}");
+        assert_eq!(
+            text.contains("include_model!(linearised"),
+            !compiled,
+            "{text}"
+        );
+        let summary = std::fs::read_to_string(out.join("summary.json")).expect("a summary");
+        let summary: serde_json::Value = serde_json::from_str(&summary).expect("JSON");
+        assert_eq!(summary["linearised"], true);
+        assert_eq!(summary["compiled"], compiled);
+        let [computed, out] = planned(&scene);
+        let kinematics = |i: &String| i.starts_with("general kinematics: the law is linearised");
+        assert!(out.iter().any(kinematics), "{computed:#?} {out:#?}");
+    }
+    let text = pdlang(&["run", &scene("lps_plastic")], 1);
+    assert!(
+        text.contains("its history `ep` remembers displacements"),
+        "{text}"
+    );
+    let passes = |more: &[&str]| pdlang(&[&["emit", "pmb", "--stage", "passes"], more].concat(), 0);
+    assert!(passes(&[]).contains("rsqrt"));
+    assert!(!passes(&["--linearised"]).contains("rsqrt"));
+}
+
+#[test]
+fn a_plan_says_what_is_computed_and_what_not() {
+    let dir = folder("planned");
+    let time = "[time]\nsteps = 40\n";
+    let breaking = write(dir.join("breaking.toml"), &format!("{PLATE}{time}"));
+    let whole = PLATE.replace("s0 = 3e-4\n", "") + "pictures = \"ends\"\n" + time;
+    let whole = whole.replace(
+        "horizon = \"3 dx\"",
+        "horizon = \"3 dx\"\ntraversal = \"cloud\"",
+    );
+    let whole = write(dir.join("whole.toml"), &format!("{whole}sleep = false\n"));
+    let has = |list: &[String], start: &str| {
+        assert!(
+            list.iter().any(|i| i.starts_with(start)),
+            "{start}: {list:#?}"
+        );
+    };
+    let [computed, out] = planned(&breaking);
+    for start in [
+        "motion: ",
+        "general kinematics: ",
+        "breaking: `",
+        "sums over families: ",
+        "stable step: at the start, and",
+        "values of the other end: ",
+        "field files: ",
+    ] {
+        has(&computed, start);
+    }
+    for start in [
+        "neighbour lists: a neighbour is a step",
+        "field rates: the law has no field",
+        "history: ",
+        "contact: there are no spheres",
+        "volume correction: ",
+        "surface correction: ",
+        "nodes at rest: left out until",
+        "strain energy: between the rows",
+        "pictures: ",
+        "results that nothing else reads: each of",
+    ] {
+        has(&out, start);
+    }
+    let [computed, out] = planned(&whole);
+    has(&out, "breaking: with these parameters");
+    has(&out, "sums over families: ");
+    has(&computed, "neighbour lists: 4 bytes");
+    has(&computed, "nodes at rest: the scene");
+    has(&computed, "pictures: ");
+    assert!(!dir.join("out").exists(), "a plan leaves no files");
+}
