@@ -1,4 +1,4 @@
-//! How long laws are: lines that say something, without title, papers, braces, comments, probes and blank lines.
+//! How long laws are: lines that say something, without title, papers, what is known, braces, comments, probes and blank lines.
 
 use pdlang_models::registry::CATALOGUE;
 
@@ -10,7 +10,7 @@ fn lines(text: &str) -> usize {
             depth_of_probe += said.matches('{').count() as i32 - said.matches('}').count() as i32;
             continue;
         }
-        let metadata = ["model ", "cite ", "for "]
+        let metadata = ["model ", "cite ", "for ", "known "]
             .iter()
             .any(|word| said.starts_with(word));
         count += usize::from(!said.is_empty() && !metadata && said != "{" && said != "}");
