@@ -9,7 +9,7 @@ use proc_macro2::{Ident, Literal, Span, TokenStream};
 use quote::{format_ident, quote};
 
 use crate::formula::{axis, formula, quantity};
-use crate::spec::{Spec, Stage, SweepSpec};
+use crate::spec::{SlotKind, Spec, Stage, SweepSpec};
 use crate::tape::{Op, Tape};
 
 /// Stages whose sweeps are compiled. What runs once runs from its tape.
@@ -101,6 +101,14 @@ fn sweep(k: usize, s: &SweepSpec, spec: &Spec) -> TokenStream {
     let bond = statements(&s.bond, &bonds);
     let post = statements(&s.post, &last);
     let streams = number(s.streams.outs.len());
+    let computed = |k: &&u32| matches!(spec.slots[**k as usize].kind, SlotKind::Computed(_));
+    let far = match s.nbr.iter().take_while(computed).count() {
+        0 => None,
+        n => {
+            let n = number(n);
+            Some(quote!(const FORMED: usize = #n;))
+        }
+    };
     let kept = names(&s.from_streams, "stream");
     let formed = s.from_streams.ops.iter().enumerate();
     let formed = formed.map(|(k, op)| match op {
@@ -127,6 +135,7 @@ fn sweep(k: usize, s: &SweepSpec, spec: &Spec) -> TokenStream {
             type Pre<L: Lane> = [L; #pres];
             type Acc<L: Lane> = [L; #accs];
             const STREAMS: usize = #streams;
+            #far
             #[inline(always)]
             fn zero<L: Lane>(&self) -> [L; #accs] {
                 [#(L::splat(#starts)),*]

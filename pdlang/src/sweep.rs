@@ -15,7 +15,7 @@ use crate::plan::Term;
 use crate::poly::{Algebra, Atom, AtomId, Func, Monomial, Poly};
 use crate::ratio::Ratio;
 use crate::schedule::{Draft, Key, Schedule, closure};
-use crate::spec::{Stage, SweepSpec};
+use crate::spec::{SlotKind, Stage, SweepSpec};
 use crate::tape::{Builder, Op, Product, Tape, horner};
 
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -101,6 +101,7 @@ pub fn write(
         out.push(slot);
         w.post.tape.outs.push(r);
     }
+    w.formed_first();
     let spec = SweepSpec {
         name: name(w.schedule, &out, draft),
         stage,
@@ -292,6 +293,22 @@ impl SweepWriter<'_> {
         let r = self.pre.op(Op::Own(k));
         let k = self.pre.out(r);
         self.bond.op(Op::Pre(k))
+    }
+
+    /// What sweeps form stands at the head of what is read at the other end: side by side, whoever stores it.
+    fn formed_first(&mut self) {
+        let state = |slot: &u32| {
+            let kind = self.schedule.slots[*slot as usize].kind;
+            !matches!(kind, SlotKind::Computed(_))
+        };
+        let mut sorted = self.nbr.clone();
+        sorted.sort_by_key(state);
+        for op in &mut self.bond.tape.ops {
+            if let Op::Nbr(k) = op {
+                *k = position(&mut sorted, self.nbr[*k as usize]);
+            }
+        }
+        self.nbr = sorted;
     }
 
     fn read_nbr(&mut self, slot: u32) -> u32 {

@@ -15,6 +15,7 @@ mod memory;
 mod needs;
 mod parts;
 mod program;
+pub(crate) mod records;
 mod redo;
 mod run;
 mod setup;
@@ -179,6 +180,9 @@ pub struct Engine {
     /// Positions and displacements of a cloud.
     x_records: Vec<Record>,
     u_records: Vec<Record>,
+    /// Values of sweeps that others read in a cloud, and who.
+    groups: Vec<records::Group>,
+    uses: Vec<records::Uses>,
     /// Of the nodes, material after material, and where those of each chunk begin.
     constants: Vec<f64>,
     constants_at: Vec<u32>,

@@ -96,6 +96,8 @@ pub trait Sweep<const D: usize>: Sync {
     type Acc<L: Lane>: Copy;
     /// How many streams it has in a cloud.
     const STREAMS: usize;
+    /// How many of the slots at the head of its `nbr` list are formed by other sweeps; a cloud reads them from records.
+    const FORMED: usize = 0;
     fn zero<L: Lane>(&self) -> Self::Acc<L>;
     fn pre<L: Lane, N: Node<L>>(&self, node: &N) -> Self::Pre<L>;
     fn bond<L: Lane, B: Bond<L, D>>(

@@ -419,6 +419,20 @@ impl Question<'_> {
 
     /// An engine for this question.
     pub fn engine(&self, law: engine::Law, traversal: Traversal, isa: Option<Isa>) -> Engine {
+        let made = self.try_engine(law, traversal, isa);
+        made.expect("the engine takes the question")
+    }
+
+    /// An engine, if it takes the question: a law may be too large.
+    ///
+    /// # Errors
+    /// As [`Engine::new`].
+    pub fn try_engine(
+        &self,
+        law: engine::Law,
+        traversal: Traversal,
+        isa: Option<Isa>,
+    ) -> Result<Engine, engine::SetupError> {
         let settings = engine::Settings {
             materials: vec![self.params.clone()],
             influences: self
@@ -434,7 +448,7 @@ impl Question<'_> {
             traversal,
             isa,
         };
-        Engine::new(&self.body, law, settings).expect("the engine takes the question")
+        Engine::new(&self.body, law, settings)
     }
 
     /// Calls `ask` with an engine of every form (tapes, and machine code where the law is compiled in), on every

@@ -71,7 +71,8 @@ pub fn influence(text: &str) -> (InfluenceFn, Vec<f64>) {
 /// The defaults of a law's influence slots; `constant` where there is none.
 pub fn default_influences(law: &Law) -> Vec<(InfluenceFn, Vec<f64>)> {
     let of = |slot: &pdlang::ir::Influence| match &slot.default {
-        Some(f) => (f.clone(), Vec::new()),
+        // Of what a law leaves open.
+        Some(f) => (f.clone(), vec![1.0; f.params.len()]),
         None => influence("constant"),
     };
     law.influences.iter().map(of).collect()

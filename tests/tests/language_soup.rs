@@ -2,29 +2,13 @@
 //! never runs for long. Texts are made by a generator with a fixed seed, so that a failure repeats.
 
 use pdlang::front;
+use pdlang_tests::fuzz::{self, Came, Random};
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// xorshift64*, Vigna 2016: enough to make nonsense.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 ^= self.0 >> 12;
-        self.0 ^= self.0 << 25;
-        self.0 ^= self.0 >> 27;
-        self.0.wrapping_mul(0x2545_F491_4F6C_DD1D)
-    }
-
-    fn below(&mut self, n: usize) -> usize {
-        ((self.next() >> 33) as usize) % n.max(1)
-    }
-
-    fn pick<T: Clone>(&mut self, items: &[T]) -> T {
-        items[self.below(items.len())].clone()
-    }
-}
+/// Texts of a kind; as many as fit into a minute.
+const MUTANTS: usize = if cfg!(feature = "long") { 20_000 } else { 400 };
 
 /// Reads a text and renders all that is said about it.
 fn survive(text: &str) {
@@ -44,79 +28,60 @@ fn survive(text: &str) {
 }
 
 fn laws() -> Vec<String> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let folders = [
         "../models/laws",
         "fixtures/laws",
         "fixtures/lang/pass",
         "fixtures/lang/fail",
     ];
-    let paths = folders
-        .iter()
-        .flat_map(|folder| fs::read_dir(root.join(folder)).unwrap())
-        .map(|entry| entry.unwrap().path());
-    let mut paths: Vec<_> = paths
-        .filter(|path| path.extension().is_some_and(|extension| extension == "pd"))
-        .collect();
-    paths.sort();
-    paths
-        .iter()
-        .map(|path| fs::read_to_string(path).unwrap())
-        .collect()
+    texts(&folders, "pd")
 }
 
-/// Splits where a token could end; a text is the concatenation of its pieces.
-fn pieces(text: &str) -> Vec<&str> {
-    let mut pieces = Vec::new();
-    let mut start = 0;
-    let mut last = None;
-    for (at, letter) in text.char_indices() {
-        let class = if letter.is_alphanumeric() || letter == '_' {
-            0
-        } else {
-            1 + letter as u32
-        };
-        if last.is_some_and(|last| last != class) {
-            pieces.push(&text[start..at]);
-            start = at;
-        }
-        last = Some(class);
+fn texts(folders: &[&str], extension: &str) -> Vec<String> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut paths: Vec<_> = folders
+        .iter()
+        .flat_map(|folder| fs::read_dir(root.join(folder)).unwrap())
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.extension().is_some_and(|e| e == extension))
+        .collect();
+    paths.sort();
+    let read = |path: &PathBuf| fs::read_to_string(path).unwrap();
+    paths.iter().map(read).collect()
+}
+
+/// Through the whole compiler, and what the laws among them say on every path is one thing.
+#[test]
+fn mutated_laws_are_refused_or_mean_one_thing() {
+    let laws = laws();
+    let mut random = Random(0x9E37_79B9_7F4A_7C15);
+    let (mut count, mut sum) = (0, Came::default());
+    for _ in 0..MUTANTS {
+        let came = fuzz::language(&fuzz::mutant(&mut random, &laws));
+        count += usize::from(came.laws > 0);
+        sum.compiled += came.compiled;
+        sum.compared += came.compared;
     }
-    pieces.push(&text[start..]);
-    pieces
+    println!("{MUTANTS} texts, {count} with laws, {sum:?}");
+    assert!(sum.compared * 50 > MUTANTS, "hardly a law among them");
 }
 
 #[test]
-fn mutated_laws_never_panic() {
-    let laws = laws();
-    let all: Vec<&str> = laws.iter().flat_map(|law| pieces(law)).collect();
-    let mut random = Random(0x9E37_79B9_7F4A_7C15);
-    for _ in 0..1500 {
-        let law = random.pick(&laws);
-        let mut text = pieces(&law);
-        for _ in 0..1 + random.below(4) {
-            let at = random.below(text.len());
-            match random.below(4) {
-                0 => drop(text.remove(at)),
-                1 => text.insert(at, random.pick(&all)),
-                2 => text[at] = random.pick(&all),
-                _ => {
-                    let other = random.below(text.len());
-                    text.swap(at, other);
-                }
-            }
-            if text.is_empty() {
-                break;
-            }
-        }
-        survive(&text.concat());
+fn mutated_scenes_are_refused_or_built() {
+    let scenes = texts(&["scenes", "../examples", "fixtures/scene"], "toml");
+    let mut random = Random(0x0005_CE9E);
+    let mut built = 0;
+    for _ in 0..MUTANTS {
+        built += usize::from(fuzz::scene(&fuzz::mutant(&mut random, &scenes)));
     }
+    println!("{MUTANTS} scenes, {built} built");
+    assert!(built > 0, "no scene among them");
 }
 
 #[test]
 fn token_soup_never_panics() {
     let laws = laws();
-    let mut all: Vec<&str> = laws.iter().flat_map(|law| pieces(law)).collect();
+    let mut all: Vec<&str> = laws.iter().flat_map(|law| fuzz::pieces(law)).collect();
     all.extend([
         "'",
         "²",

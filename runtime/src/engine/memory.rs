@@ -2,6 +2,7 @@
 use super::geometry::{Geometry, Kept, streams_of_bonds};
 use super::parts::PartReport;
 use super::program::Program;
+use super::records;
 use super::setup::neighbours;
 use super::{Engine, Isa, Settings, SetupError};
 use crate::body::Body;
@@ -136,7 +137,7 @@ impl Engine {
             whole: whole as f64 / self.layout.chunks().max(1) as f64,
             bond_bytes,
             node_bytes: self.layout.bytes()
-                + 32 * (self.x_records.len() + self.u_records.len())
+                + self.record_bytes()
                 + bytes(&self.arrays)
                 + self.parts.bytes()
                 + self.sleep.bytes(self.layout.len)
@@ -172,7 +173,7 @@ fn estimate(spec: &Spec, programs: &[Program], body: &Body, s: &Settings, lattic
     let histories = spec.histories.iter().filter(|h| h.bond).count() as f64;
     let reverse = programs.iter().any(|p| p.reads_reverse) as u8 as f64;
     let families = spec.families.len() as f64;
-    let per_node = 8.0 * (spec.slots.len() + 6 * spec.dim + 6) as f64;
+    let mut per_node = 8.0 * (spec.slots.len() + 6 * spec.dim + 6) as f64;
     let (slots, bonds, per_bond) = match &body.grid {
         Some(grid) if lattice => {
             let plan = plan_lattice(body, grid, s.reach(), s.materials.len());
@@ -189,6 +190,7 @@ fn estimate(spec: &Spec, programs: &[Program], body: &Body, s: &Settings, lattic
                     body.material.iter().map(|m| each[*m as usize]).sum()
                 }
             };
+            per_node += 32.0 * records::per_node(spec, programs) as f64;
             (n, bonds, 4.5 + 8.0 * streams as f64)
         }
     };

@@ -318,11 +318,29 @@ impl Engine {
         self.spec.parts.iter().enumerate().map(one).collect()
     }
 
-    /// Runs a sweep on the chunks `from..to`, by stretches that are stored alike.
+    /// Runs a sweep on the chunks `from..to`.
     ///
     /// # Safety
     /// As [`crate::kernel::Run`].
-    pub(super) unsafe fn by_places(
+    pub(super) unsafe fn run_chunks(
+        &self,
+        p: &Program,
+        call: &Call,
+        whole: &[u8],
+        range: (usize, usize),
+    ) {
+        // SAFETY: as of this function.
+        unsafe {
+            self.by_places(p, call, whole, range);
+            self.lay_out(call, range);
+        }
+    }
+
+    /// By stretches that are stored alike.
+    ///
+    /// # Safety
+    /// As [`crate::kernel::Run`].
+    unsafe fn by_places(
         &self,
         p: &Program,
         call: &Call,

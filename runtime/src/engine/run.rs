@@ -5,7 +5,7 @@ use crate::kernel::Run;
 use crate::lane::Record;
 use crate::layout::Shape;
 use crate::spec::{SlotKind, Stage};
-use crate::traverse::{CHUNK, Call, MAX_GEOMETRY, MAX_HISTORIES, MAX_SLOTS, Stream};
+use crate::traverse::{CHUNK, Call, MAX_GEOMETRY, MAX_HISTORIES, MAX_RECORDS, MAX_SLOTS, Stream};
 use rayon::prelude::*;
 use std::ops::Range;
 use std::ptr::{null, null_mut};
@@ -60,7 +60,8 @@ impl Engine {
         let call = self.call(k, s);
         let (this, p) = (&*self, &self.programs[k]);
         // SAFETY: as in `over_chunks`.
-        let one = |&c: &u32| unsafe { this.by_places(p, &call, &[], (c as usize, c as usize + 1)) };
+        let one =
+            |&c: &u32| unsafe { this.run_chunks(p, &call, &[], (c as usize, c as usize + 1)) };
         if chunks.len() >= 256 && rayon::current_num_threads() > 1 {
             chunks.par_iter().with_min_len(64).for_each(one);
         } else {
@@ -78,7 +79,7 @@ impl Engine {
         if let Some(awake) = self.sleep.stretches(k, armed) {
             // SAFETY: as below.
             let one = |r: &Range<usize>| unsafe {
-                self.by_places(p, call, whole, (r.start, r.end));
+                self.run_chunks(p, call, whole, (r.start, r.end));
             };
             if awake.len() > 1 && rayon::current_num_threads() > 1 {
                 awake.par_iter().for_each(one);
@@ -90,7 +91,7 @@ impl Engine {
         // SAFETY: the instances were chosen for this processor and this traversal.
         let task = |t: usize| unsafe {
             let from = t * grain;
-            self.by_places(p, call, whole, (from, (from + grain).min(chunks)))
+            self.run_chunks(p, call, whole, (from, (from + grain).min(chunks)))
         };
         if tasks > 1 && rayon::current_num_threads() > 1 {
             (0..tasks).into_par_iter().for_each(task);
@@ -110,6 +111,7 @@ impl Engine {
             x_records: self.x_records.as_ptr(),
             own: [null(); MAX_SLOTS],
             nbr: [null(); MAX_SLOTS],
+            nbr_records: [null(); MAX_RECORDS],
             out: [null_mut(); MAX_SLOTS],
             constants: self.constants.as_ptr(),
             constants_at: self.constants_at.as_ptr(),
@@ -139,6 +141,7 @@ impl Engine {
             next: [null_mut(); MAX_HISTORIES],
             reverse: bonds.reverse.as_ptr(),
             tape: &*p.tape,
+            packs: vec![],
         };
         for a in 0..self.spec.dim {
             call.u[a] = s.u[a].as_ptr();
@@ -157,6 +160,7 @@ impl Engine {
         }
         self.point_to_geometry(k, &mut call);
         self.point_to_outputs(k, &mut call);
+        self.point_to_records(k, &mut call);
         call
     }
 
@@ -210,6 +214,7 @@ impl Engine {
                 self.layout.ghosts.refresh(&mut self.arrays[a]);
             }
         }
+        self.lay_out_ghosts(k);
     }
 
     /// Ghosts of the state.

@@ -6,6 +6,7 @@ use super::levels::{Grading, group};
 use super::needs::Needs;
 use super::parts::Parts;
 use super::program::{Choice, Program, programs};
+use super::records;
 use super::redo::Redo;
 use super::sleep::Sleep;
 use super::{BondData, Engine, Home, Isa, Law, Settings, SetupError, Traversal, check, memory};
@@ -267,7 +268,13 @@ fn assemble(
             (0..layout.len).map(record).collect()
         }
     };
+    let (groups, uses) = match lattice {
+        true => (vec![], vec![Default::default(); programs.len()]),
+        false => records::groups(&spec, &programs, layout.len),
+    };
     Engine {
+        groups,
+        uses,
         x_records: records(&|slot| layout.position(slot)),
         u_records: records(&|_| [0.0; 3]),
         arrays: (0..arrays).map(|_| vec![0.0; layout.len]).collect(),

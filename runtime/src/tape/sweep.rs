@@ -77,6 +77,10 @@ impl<const D: usize> Body<D> for TapeSweep {
         self.streams
     }
     #[inline(always)]
+    fn recorded(&self) -> usize {
+        0
+    }
+    #[inline(always)]
     fn geo<L: Lane, B: Bond<L, D> + Streams<L>>(&self, bond: &B, k: usize) -> L {
         bond.stream(k)
     }

@@ -1,5 +1,5 @@
 //! Cloud traversal: neighbour lists in SELL-8, nodes in lanes.
-use super::{Body, CHUNK, Call, Nodes, Row, Rows, Stream};
+use super::{Body, CHUNK, Call, Nodes, RECORD, Row, Rows, Stream};
 use crate::kernel::{Bond, Streams, norm_squared};
 use crate::lane::{Memory, Record};
 use crate::tape::Blocks;
@@ -13,6 +13,7 @@ struct Column<'a, L: Memory, S, const D: usize, const MASKED: bool> {
     sweep: &'a S,
     streams: &'a [Stream],
     nbr: &'a [*const f64],
+    nbr_records: &'a [*const Record],
     index: *const u32,
     xi: [L; D],
     eta: [L; D],
@@ -46,7 +47,14 @@ impl<L: Memory, S: Body<D>, const D: usize, const MASKED: bool> Bond<L, D>
     }
     #[inline(always)]
     fn nbr(&self, k: usize) -> L {
-        unsafe { L::gather(self.nbr[k], self.index) }
+        unsafe {
+            if k < self.sweep.recorded() {
+                // What is read of one record is loaded once: nothing is stored in between.
+                L::gather_records(self.nbr_records[k / RECORD], self.index)[k % RECORD]
+            } else {
+                L::gather(self.nbr[k], self.index)
+            }
+        }
     }
     #[inline(always)]
     fn history(&self, k: usize) -> L {
@@ -111,6 +119,7 @@ struct Columns<'a, L: Memory, S, const D: usize, const MASKED: bool> {
     call: &'a Call,
     sweep: &'a S,
     nbr: &'a [*const f64],
+    nbr_records: &'a [*const Record],
     streams: &'a [Stream],
     chunk: usize,
     part: usize,
@@ -144,6 +153,7 @@ impl<L: Memory, S: Body<D>, const D: usize, const MASKED: bool> Rows<L, D>
                 sweep: self.sweep,
                 streams: self.streams,
                 nbr: self.nbr,
+                nbr_records: self.nbr_records,
                 index,
                 xi: across(self.x, index, &self.xi),
                 eta: across(self.u, index, &self.ui),
@@ -173,6 +183,7 @@ pub(super) unsafe fn chunks<L: Blocks, S: Body<D>, const D: usize, const MASKED:
     to: usize,
 ) {
     let (u, x, nbr, streams) = (call.u_records, call.x_records, call.nbr, call.streams);
+    let nbr_records = call.nbr_records;
     let mut chunk = from;
     while chunk < to {
         unsafe {
@@ -195,6 +206,7 @@ pub(super) unsafe fn chunks<L: Blocks, S: Body<D>, const D: usize, const MASKED:
                     call,
                     sweep,
                     nbr: &nbr,
+                    nbr_records: &nbr_records,
                     streams: &streams,
                     chunk,
                     part,

@@ -12,6 +12,7 @@ mod lattice;
 
 pub(crate) use interpreted::interpreted;
 
+use crate::engine::records::Pack;
 use crate::kernel::{Bond, Lane, Node, Streams, Sweep};
 use crate::lane::{Memory, Record};
 use crate::tape::{Blocks, TapeSweep};
@@ -20,11 +21,25 @@ use std::ptr::null;
 /// Nodes in a chunk, and bits in a row's mask.
 pub const CHUNK: usize = 8;
 /// Most slots that a sweep may list for reading at the node, at the other end, or for writing.
-pub const MAX_SLOTS: usize = 48;
+pub const MAX_SLOTS: usize = 128;
 /// Most reference-bond values of a sweep, and most streams.
 pub const MAX_GEOMETRY: usize = 32;
+/// Most records of a sweep besides positions and displacements.
+pub(crate) const MAX_RECORDS: usize = MAX_SLOTS / RECORD;
+/// Numbers in a record.
+pub(crate) const RECORD: usize = 4;
 /// Most bond histories of a sweep.
 pub const MAX_HISTORIES: usize = 16;
+
+/// How many of the slots at the head of a sweep's `nbr` list a cloud reads from records, when sweeps have formed so
+/// many: a single number is as fast to gather.
+pub(crate) const fn recorded(formed: usize) -> usize {
+    if formed % RECORD == 1 {
+        formed - 1
+    } else {
+        formed
+    }
+}
 
 /// Everything one run of one sweep reads and writes, as addresses. Made by the engine.
 #[derive(Clone)]
@@ -35,6 +50,8 @@ pub struct Call {
     pub(crate) x_records: *const Record,
     pub(crate) own: [*const f64; MAX_SLOTS],
     pub(crate) nbr: [*const f64; MAX_SLOTS],
+    /// Cloud: the slots of `nbr` that are read from records, four by four.
+    pub(crate) nbr_records: [*const Record; MAX_RECORDS],
     pub(crate) out: [*mut f64; MAX_SLOTS],
     /// Constants of all materials, and per chunk where those of its material begin.
     pub(crate) constants: *const f64,
@@ -63,6 +80,8 @@ pub struct Call {
     pub(crate) next: [*mut f64; MAX_HISTORIES],
     pub(crate) reverse: *const u32,
     pub(crate) tape: *const TapeSweep,
+    /// Records that hold what this run writes.
+    pub(crate) packs: Vec<Pack>,
 }
 
 // SAFETY: a call is shared between threads that run disjoint chunks; what a chunk writes (its own slots, mask
@@ -110,6 +129,8 @@ pub(crate) trait Body<const D: usize> {
     unsafe fn run<L: Blocks, N: Node<L>, R: Rows<L, D>>(&self, node: &mut N, rows: &R);
     /// Number of the streams in a cloud.
     fn streams(&self) -> usize;
+    /// Number of slots of the other end that a cloud reads from records.
+    fn recorded(&self) -> usize;
     /// Reference-bond value from what a cloud keeps.
     fn geo<L: Lane, B: Bond<L, D> + Streams<L>>(&self, bond: &B, k: usize) -> L;
 }
@@ -132,6 +153,10 @@ impl<S: Sweep<D>, const D: usize> Body<D> for S {
     #[inline(always)]
     fn streams(&self) -> usize {
         S::STREAMS
+    }
+    #[inline(always)]
+    fn recorded(&self) -> usize {
+        recorded(S::FORMED)
     }
     #[inline(always)]
     fn geo<L: Lane, B: Bond<L, D> + Streams<L>>(&self, bond: &B, k: usize) -> L {
