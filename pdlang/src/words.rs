@@ -26,6 +26,12 @@ pub(crate) const ITEMS: [&str; 19] = [
     "after",
 ];
 
+/// In a definition.
+pub(crate) const WORDS: [&str; 17] = [
+    "cite", "for", "meets", "where", "when", "at", "half", "step", "on", "in", "and", "or", "not",
+    "case", "expect", "within", "lattice",
+];
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -40,6 +46,17 @@ mod tests {
             let word = |part: &'static str| part.split('"').nth(1).or(part.strip_suffix("_word"));
             let listed: Vec<&str> = line.split(" | ").filter_map(word).collect();
             assert_eq!(listed, words);
+        }
+    }
+
+    #[test]
+    fn are_all_there() {
+        let grammar = include_str!("grammar.pest").lines();
+        let rules = grammar.filter(|line| line.starts_with("kw_"));
+        for word in rules.filter_map(|line| line.split('"').nth(1)) {
+            let lists = [&TOP[..], &ITEMS, &WORDS];
+            let known = lists.iter().any(|list| list.contains(&word));
+            assert!(known || word == "flavour", "{word}");
         }
     }
 

@@ -6,6 +6,13 @@ use crate::span::Span;
 
 const CODE: &str = "PD006";
 
+/// `params`: what a function of the language calls its arguments.
+pub(crate) fn of_function(name: &Name, found: usize, params: &[Name]) -> Diagnostic {
+    let params: Vec<&str> = params.iter().map(|p| p.text.as_str()).collect();
+    let call = format!("it is called `{}({})`", name.text, params.join(", "));
+    count(name, found, params.len()).help(call)
+}
+
 pub(crate) fn count(name: &Name, found: usize, expected: usize) -> Diagnostic {
     Diagnostic::error(
         CODE,

@@ -18,7 +18,13 @@ pub(crate) fn indices(value: &Expr, axes: &Name) -> Result<Vec<u8>, Box<Diagnost
     let wanted = match value.shape {
         Shape::Vector => 1,
         Shape::Tensor | Shape::Symmetric => 2,
-        Shape::Scalar | Shape::Boolean => return Err(Box::new(no_components(value, axes))),
+        Shape::Scalar | Shape::Boolean => {
+            let finding = no_components(value, axes);
+            return Err(Box::new(match is_exponent(&axes.text) {
+                true => finding.help(format!("a number with an exponent: `1.0{}`", axes.text)),
+                false => finding,
+            }));
+        }
     };
     match indices {
         Some(indices) if indices.len() == wanted => Ok(indices),
@@ -48,6 +54,12 @@ fn no_components(value: &Expr, axes: &Name) -> Diagnostic {
     )
     .at(axes.span, "")
     .at(value.span, shape_name(value.shape))
+}
+
+/// `1.e5` is read as a component of 1.
+fn is_exponent(axes: &str) -> bool {
+    let digits = axes.strip_prefix(['e', 'E']);
+    digits.is_some_and(|d| !d.is_empty() && d.bytes().all(|b| b.is_ascii_digit()))
 }
 
 fn unknown(value: &Expr, axes: &Name) -> Diagnostic {

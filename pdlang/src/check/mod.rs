@@ -18,6 +18,7 @@ pub(crate) mod ends; // PD042: a pair force that is not the same from both ends
 pub(crate) mod exponents; // PD014: a power whose unit is unknown
 pub(crate) mod families; // PD025: a family that is not part of the reference horizon
 pub(crate) mod flavours; // PD010: a case that is not about the five flavours
+pub(crate) mod habits; // help with what is called otherwise elsewhere
 pub(crate) mod half; // PD041: a field at half steps that cannot be stepped
 pub(crate) mod homes; // PD020: a value where it does not live
 pub(crate) mod influences; // PD050: an influence function that is not complete

@@ -1,7 +1,7 @@
 //! PD002: a name that means nothing here.
 
 use crate::ast::Name;
-use crate::check::suggest;
+use crate::check::{habits, suggest};
 use crate::diag::Diagnostic;
 use crate::span::Span;
 
@@ -19,9 +19,13 @@ pub(crate) fn unknown_value(
     span: Span,
     candidates: &[String],
     meaning: Option<Meaning>,
+    habit: Option<&str>,
 ) -> Diagnostic {
     let finding =
         Diagnostic::error(CODE, format!("`{name}` is not defined")).at(span, "unknown name");
+    if let (None, Some(remedy)) = (meaning, habit) {
+        return finding.help(remedy);
+    }
     match (meaning, suggest::question(name, candidates)) {
         (Some(Meaning::Function), _) => finding.help(format!(
             "`{name}` is a function: write its arguments in parentheses"
@@ -70,8 +74,10 @@ pub(crate) fn unknown_function(
             "`{0}` is an influence function: declare `influence omega = {0}(..)` and use `omega`",
             name.text
         )),
-        Some(question) => finding.help(question),
-        None => finding,
+        question => match habits::function(&name.text).map(String::from).or(question) {
+            Some(help) => finding.help(help),
+            None => finding,
+        },
     }
 }
 

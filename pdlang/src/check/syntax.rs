@@ -3,7 +3,7 @@
 use crate::check::suggest;
 use crate::diag::Diagnostic;
 use crate::span::Span;
-use crate::words::{ITEMS, TOP};
+use crate::words::{ITEMS, TOP, WORDS};
 
 const CODE: &str = "PD001";
 
@@ -54,6 +54,11 @@ pub(crate) fn unexpected(
     if named && words.clone().any(|word| word == token) {
         return finding.help(format!(
             "`{token}` begins a definition, and so it is no name"
+        ));
+    }
+    if named && WORDS.contains(&token) {
+        return finding.help(format!(
+            "`{token}` is a word of the language, and so it is no name"
         ));
     }
     match suggest::question(token, words).filter(|_| starts) {

@@ -1,7 +1,7 @@
 //! PD011: a unit or kind that does not exist.
 
 use crate::ast::Name;
-use crate::check::suggest;
+use crate::check::{habits, suggest};
 use crate::diag::Diagnostic;
 use crate::units::{known_kinds, known_units};
 
@@ -10,6 +10,16 @@ const CODE: &str = "PD011";
 pub(crate) fn unknown_unit(name: &Name) -> Diagnostic {
     let finding = Diagnostic::error(CODE, format!("`{}` is not a unit", name.text))
         .at(name.span, "unknown unit");
+    if let Some(remedy) = habits::unit(&name.text) {
+        return finding.help(remedy);
+    }
+    // `mpa` is one of two units, a billion apart.
+    let alike = |unit: &String| unit.to_lowercase() == name.text.to_lowercase();
+    let mut alike: Vec<String> = known_units().filter(alike).collect();
+    alike.sort();
+    if alike.len() > 1 {
+        return finding.help(format!("did you mean `{}`?", alike.join("` or `")));
+    }
     match suggest::nearest(&name.text, known_units()) {
         Some(meant) => finding.help(format!("did you mean `{meant}`?")),
         None => finding.help(format!(

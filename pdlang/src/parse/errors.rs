@@ -2,6 +2,7 @@
 
 use super::{Failure, Grammar, Reader, Rule, spelled};
 use crate::ast::Name;
+use crate::check::habits;
 use crate::check::syntax::{self, Expected};
 use crate::diag::Diagnostic;
 use crate::span::Span;
@@ -36,12 +37,22 @@ impl<'t> Reader<'t> {
                 InputLocation::Pos(at) => at,
                 InputLocation::Span((at, _)) => at,
             };
+        let before = self.text.get(..at).unwrap_or_default();
+        let line = &before[before.rfind('\n').map_or(0, |end| end + 1)..];
+        let habit = habits::token(line, self.text.get(at..).unwrap_or_default());
+        // A blank is no token to point at: what stands before it cannot end there.
+        let blank = self.token_at(at).trim().is_empty() && line.ends_with('.');
+        let at = if blank { at - 1 } else { at };
         let token = self.token_at(at);
         let span = self.range(at, at + token.len());
         match &error.variant {
             ErrorVariant::ParsingError { positives, .. } => {
                 let expected = positives.iter().map(|rule| expectation(*rule)).collect();
-                syntax::unexpected(span, token, self.line_before(at), expected)
+                let finding = syntax::unexpected(span, token, self.line_before(at), expected);
+                match habit {
+                    Some(remedy) => finding.help(remedy),
+                    None => finding,
+                }
             }
             ErrorVariant::CustomError { .. } => syntax::too_deep(span),
         }

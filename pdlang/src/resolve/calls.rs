@@ -113,11 +113,8 @@ impl Elaborator<'_> {
             return self.unknown_function(name);
         };
         if values.len() != function.params.len() {
-            return self.wrong(check::arity::count(
-                name,
-                values.len(),
-                function.params.len(),
-            ));
+            let params = &function.params;
+            return self.wrong(check::arity::of_function(name, values.len(), params));
         }
         if values.contains(&None) {
             return None;

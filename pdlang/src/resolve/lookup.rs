@@ -128,11 +128,14 @@ impl Elaborator<'_> {
             None => {
                 let candidates = self.visible_values();
                 let meaning = self.other_meaning(name);
+                let in_law = matches!(self.context, Context::Law);
+                let habit = check::habits::value(name).filter(|_| in_law);
                 self.wrong(check::names::unknown_value(
                     name,
                     span,
                     &candidates,
                     meaning,
+                    habit,
                 ))
             }
         }
