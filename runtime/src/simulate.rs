@@ -381,6 +381,12 @@ impl Simulation {
         ))
     }
 
+    /// The largest stable step at the present state [s]; infinite where nothing moves or flows.
+    pub fn limit(&mut self) -> f64 {
+        self.engine.forces(&mut self.state, Breaking::Held);
+        self.measure(1.0).dt
+    }
+
     /// The stable step of the present state, where forces have just been evaluated.
     pub(crate) fn measure(&mut self, safety: f64) -> StableStep {
         let began = Instant::now();

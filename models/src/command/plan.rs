@@ -33,7 +33,7 @@ pub fn execute(matches: &ArgMatches) -> Outcome {
     let began = Instant::now();
     let scene = read(&path)?;
     let mut simulation = scene.simulation().map_err(wrong)?;
-    let mut plan = statement::of(&scene, &simulation);
+    let mut plan = statement::of(&scene, &mut simulation);
     let setup = began.elapsed().as_secs_f64();
     let (needed, left_out): (Vec<Item>, Vec<Item>) =
         inventory(&simulation).into_iter().partition(|i| i.needed);

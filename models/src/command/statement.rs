@@ -50,8 +50,11 @@ impl Statement {
     }
 }
 
+/// A horizon of more spacings than anybody means.
+const LONG: f64 = 12.0;
+
 /// Law, body, traversal, memory, constants, step.
-pub fn of(scene: &Scene, simulation: &Simulation) -> Statement {
+pub fn of(scene: &Scene, simulation: &mut Simulation) -> Statement {
     let mut s = Statement {
         title: scene.title.clone(),
         lines: Vec::new(),
@@ -73,8 +76,36 @@ pub fn of(scene: &Scene, simulation: &Simulation) -> Statement {
     body(&mut s, scene, simulation);
     let implied = implied::modulus(scene);
     constants(&mut s, scene, implied);
-    s.add("time step", step(scene, simulation));
+    // Of a step that the scene gives, nobody else asks for the limit.
+    let limit = match scene.step {
+        StepRule::Fixed(_) => simulation.limit(),
+        StepRule::Stable { .. } => f64::INFINITY,
+    };
+    s.add("time step", step(scene, simulation, limit));
+    for warning in warnings(scene, simulation, limit) {
+        s.add("warning", warning);
+    }
     s
+}
+
+/// What is allowed and seldom meant.
+fn warnings(scene: &Scene, simulation: &Simulation, limit: f64) -> Vec<String> {
+    let mut list = Vec::new();
+    if simulation.dt > limit && scene.end != End::Steps(0) {
+        list.push(format!(
+            "the time step is {:.3} times the limit of this body, {limit:.4e} s: the run will go unstable; \
+             leave `dt` out of [time] for a stable one",
+            simulation.dt / limit
+        ));
+    }
+    let (horizon, dx) = (scene.family.horizon.constant(), simulation.body.spacing);
+    if let Some(horizon) = horizon.filter(|h| *h > LONG * dx) {
+        list.push(format!(
+            "the horizon of {horizon} m is {:.1} spacings: three are usual, horizon = \"3 dx\"",
+            horizon / dx
+        ));
+    }
+    list
 }
 
 /// Density and parameters of every material, the one outside of all parts first.
@@ -247,7 +278,7 @@ fn constants(s: &mut Statement, scene: &Scene, implied: Option<f64>) {
     }
 }
 
-fn step(scene: &Scene, simulation: &Simulation) -> String {
+fn step(scene: &Scene, simulation: &Simulation, limit: f64) -> String {
     let until = match scene.end {
         End::Steps(0) => return "none: the forces are evaluated once".into(),
         End::Steps(n) => format!("{n} steps, to {:.6e} s", n as f64 * simulation.dt),
@@ -265,6 +296,12 @@ fn step(scene: &Scene, simulation: &Simulation) -> String {
                 .map(|(value, name, unit)| format!("{name} = {value:.4e} {unit}"))
                 .collect();
             format!("{safety} of the limit of this body ({})", shown.join(", "))
+        }
+        _ if limit.is_finite() => {
+            format!(
+                "as given, {:.3} of the limit of this body",
+                simulation.dt / limit
+            )
         }
         _ => "as given".into(),
     };

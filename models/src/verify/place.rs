@@ -69,8 +69,18 @@ impl Subject<'_> {
         of_span(self.text, span)
     }
 
+    /// Of what a function of the library makes, that of its arguments.
     pub fn place_of(&self, expr: ExprId) -> Option<Place> {
-        self.place(self.law.exprs[expr.index()].span)
+        let mut queue = std::collections::VecDeque::from([expr]);
+        while let Some(expr) = queue.pop_front() {
+            let found = &self.law.exprs[expr.index()];
+            let place = self.place(found.span);
+            if place.is_some() {
+                return place;
+            }
+            queue.extend(found.kind.operands());
+        }
+        None
     }
 
     /// The first answer of the law about force.

@@ -21,8 +21,8 @@ pub fn check(subject: &Subject, flavour: Flavour) -> Result<Vec<Verdict>, String
     let law = subject.law;
     let mut verdicts = Vec::new();
     for (k, field) in law.fields.iter().enumerate() {
-        let rated = subject.rate_place(k).is_some();
-        if !rated || field.shape != Shape::Scalar {
+        let rate = |r: &Response| matches!(r, Response::Rate(f, _) if f.index() == k);
+        if !law.responses.iter().any(rate) || field.shape != Shape::Scalar {
             continue;
         }
         let (body, materials) = balance::halves(subject, flavour);
@@ -176,12 +176,14 @@ pub fn coupling(subject: &Subject, flavour: Flavour) -> Result<Vec<Verdict>, Str
     let capacity = constants::capacity(law, &subject.params).unwrap_or(1.0);
     let t0 = subject.params[absolute];
     let mut worst = (0.0_f64, 1.0);
+    let mut taken = false;
     for body in ask::bodies_of(subject, flavour) {
         let values = pattern(&body);
         let v = bodies::deformation(&body, 1.0, 21);
         let mut case = Case::new(subject, flavour, body.clone())?;
         case.set_velocity(&v);
         let rate = case.rate(&field.name);
+        taken |= rate.iter().any(|r| *r != 0.0);
         let heat: f64 = (0..rate.len())
             .map(|i| values[i] * capacity * body.volume[i] * rate[i])
             .sum();
@@ -198,6 +200,13 @@ pub fn coupling(subject: &Subject, flavour: Flavour) -> Result<Vec<Verdict>, Str
         if off > worst.0 || off.is_nan() {
             worst = (off, -heat / (t0 * work));
         }
+    }
+    if !taken {
+        let why = format!(
+            "one way: `{0}` acts on the body, and no deformation on `{0}`",
+            field.name
+        );
+        return Ok(vec![Verdict::skip(CHECK, flavour, &why)]);
     }
     let verdict = Verdict::error(CHECK, flavour, worst.0, BALANCED).of(field.name.clone());
     Ok(vec![verdict.blames(subject.rate_place(*k), |name| {

@@ -19,6 +19,9 @@ const SIMPLE: i64 = 128;
 const EFFORT: i64 = 100_000;
 const STEPS: usize = 16;
 
+/// Longest text that is quoted.
+const QUOTE: usize = 60;
+
 /// A place, and what may mend it in a flavour.
 #[derive(Clone, Debug)]
 pub struct Cure {
@@ -40,6 +43,17 @@ impl Suspect {
         match self.term {
             (_, 1) => place.to_string(),
             (k, _) => format!("term {} of {place}", k + 1),
+        }
+    }
+
+    /// What the advice is about, as it stands in the text, where that is short.
+    fn quote(self, subject: &Subject) -> String {
+        let span = subject.law.exprs[self.expr.index()].span;
+        let text = subject.text.get(span.start as usize..span.end as usize);
+        let short = |t: &&str| !span.prelude && t.len() <= QUOTE && !t.contains('\n');
+        match text.filter(short) {
+            Some(text) if self.term.1 > 1 => format!("; the term is `{text}`"),
+            _ => String::new(),
         }
     }
 }
@@ -141,8 +155,9 @@ pub fn find(subject: &Subject) -> Vec<(Flavour, Cure)> {
                 suspect.or_else(|| suspects.iter().find(|s| ward.decides(subject, **s)))?;
             let place = subject.place_of(suspect.expr)?;
             let advice = format!(
-                "{} decides it, and nothing that is right",
-                suspect.name(&place)
+                "it depends on {}, on which nothing that is right depends{}",
+                suspect.name(&place),
+                suspect.quote(subject)
             );
             Some((ward.flavour, Cure { place, advice }))
         };
@@ -166,13 +181,18 @@ fn best(subject: &Subject, wards: &[Ward], suspects: &[Suspect]) -> Option<Vec<(
             };
             let (more, words) = fraction(factor);
             effort += 2 * more;
+            let quote = suspect.quote(subject);
+            let only = match wards.len() < subject.law.flavours.len() {
+                true => " in this flavour; others are right as they are (`case flavour`)",
+                false => "",
+            };
             let advice = match factor == 0.0 {
                 true => format!(
-                    "without {} all is what the law declares",
+                    "without {} all is what the law declares{only}{quote}",
                     suspect.name(&place)
                 ),
                 false => format!(
-                    "{} times {words} gives all that the law declares",
+                    "{} times {words} gives all that the law declares{only}{quote}",
                     suspect.name(&place)
                 ),
             };

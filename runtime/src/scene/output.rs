@@ -154,7 +154,11 @@ fn quantity(section: &Section<'_>, value: &Value, spec: &Spec, part: bool) -> Op
     }
     let problem = Problem::new(format!("`{}` has no quantity `{name}`", spec.law))
         .at(value.span.clone(), format!("expected {}", listed(&known)));
+    let energy = spec.energy.map(|slot| &spec.slots[slot as usize].name);
     section.reader.complain(match nearest(whole, &known) {
+        _ if energy.is_some_and(|energy| energy == whole) => {
+            problem.help("the energy density of a law is \"energy\", whatever the law calls it")
+        }
         Some(near) => problem.help(format!("did you mean \"{near}\"?")),
         None => problem,
     });

@@ -73,7 +73,7 @@ impl<'a> Section<'a> {
     /// Complains about every key that nobody asked for, and about every key that is missing. A misspelt key
     /// is told once.
     pub fn finish(self) {
-        let asked = self.asked.borrow();
+        let asked = self.asked.borrow().clone();
         let known: Vec<&str> = asked.iter().map(String::as_str).collect();
         let unknown = |e: &&Entry| !known.contains(&e.key.as_str());
         for entry in self.entries.iter().filter(unknown) {
@@ -89,7 +89,17 @@ impl<'a> Section<'a> {
 
     /// Complains about missing keys only: for a section that cannot be read to its end.
     pub fn abandon(&self) {
+        let asked = self.asked.borrow();
         for (key, example) in self.missing.take() {
+            // Written otherwise: that is one problem, not two.
+            let meant = |e: &&Entry| {
+                !asked.contains(&e.key.to_string()) && nearest(&e.key, &[&key]).is_some()
+            };
+            if let Some(entry) = self.entries.iter().find(meant) {
+                let problem = unknown_key(&self.title, entry, Some(&key), &[]);
+                self.reader.complain(problem);
+                continue;
+            }
             let problem = Problem::new(format!("{} has no `{key}`", self.title))
                 .at(self.span.clone(), format!("`{key}` is missing here"))
                 .help(format!("add {key} = {example}"));
