@@ -7,6 +7,7 @@ mod bonds;
 mod breakable;
 mod check;
 mod constants;
+mod convolution;
 mod error;
 mod geometry;
 mod levels;
@@ -26,6 +27,7 @@ pub(crate) mod tests;
 pub use crate::lane::Isa;
 pub use crate::law::Law;
 pub use crate::state::{FamilyState, State};
+pub use convolution::ConvolutionReport;
 pub use error::SetupError;
 pub use levels::Grading;
 pub use memory::{Report, SweepReport};
@@ -83,6 +85,8 @@ pub enum Traversal {
     Auto,
     Lattice,
     Cloud,
+    /// The lattice, its sums over bonds as convolutions.
+    Convolution,
 }
 
 /// Whether a force evaluation may break bonds.
@@ -95,7 +99,7 @@ pub enum Breaking {
 }
 
 /// Where the values of a node slot of the law are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Home {
     Displacement(usize),
     Velocity(usize),
@@ -200,6 +204,7 @@ pub struct Engine {
     broken: Vec<u32>,
     redo: redo::Redo,
     sleep: sleep::Sleep,
+    convolution: Option<Box<convolution::Convolution>>,
 }
 
 /// What belongs to the bonds of one family besides the family itself.
@@ -216,6 +221,8 @@ struct BondData {
     /// Per chunk: every bond of every node present (and intact): the instance without masks may run.
     whole_reference: Vec<u8>,
     whole_intact: Vec<u8>,
+    /// Whether all bonds are intact.
+    unbroken: bool,
     /// State that `whole_intact` and the values of the family stage belong to.
     stamp: u64,
 }

@@ -7,6 +7,8 @@ use std::fmt;
 pub struct InputError {
     pub what: String,
     pub remedy: String,
+    /// The key of a scene that it is about, where that is known.
+    pub key: Option<&'static str>,
 }
 
 impl InputError {
@@ -14,6 +16,14 @@ impl InputError {
         InputError {
             what: what.into(),
             remedy: remedy.into(),
+            key: None,
+        }
+    }
+
+    pub fn about(self, key: &'static str) -> InputError {
+        InputError {
+            key: Some(key),
+            ..self
         }
     }
 }

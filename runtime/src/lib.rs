@@ -7,6 +7,7 @@ pub mod contact;
 pub mod density;
 pub mod engine;
 pub mod error;
+mod fourier;
 pub mod integrate;
 pub mod kernel;
 mod lane;

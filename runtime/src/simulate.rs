@@ -5,7 +5,7 @@ use crate::checkpoint::{self, Clock, Fingerprint, Identity, Snapshot};
 use crate::conditions::{Condition, Conditions, Quantity, nodes_in, set_initial};
 use crate::contact::{Contact, Indenter};
 use crate::density::Density;
-use crate::engine::{Breaking, Engine, Law, Settings, State, Stray};
+use crate::engine::{Breaking, Engine, Law, Settings, SetupError, State, Stray, Traversal};
 use crate::error::InputError;
 use crate::observe::{Outputs, Row, Timings};
 use crate::relax::{self, Relaxation};
@@ -164,8 +164,13 @@ impl Simulation {
         let no_fail = no_fail(&setup)?;
         let partial_volume = setup.settings.partial_volume;
         let without = setup.settings.without.clone();
-        let mut engine = Engine::new(&setup.body, setup.law, setup.settings)
-            .map_err(|e| InputError::new(e.to_string(), ""))?;
+        let mut engine =
+            Engine::new(&setup.body, setup.law, setup.settings).map_err(|e| match e {
+                SetupError::Traversal(what, remedy) => {
+                    InputError::new(what, remedy).about("traversal")
+                }
+                e => InputError::new(e.to_string(), ""),
+            })?;
         if !setup.no_fail.is_empty() {
             engine.no_fail(&no_fail);
         }
@@ -435,6 +440,10 @@ impl Simulation {
 fn check(setup: &Setup) -> Result<(), InputError> {
     let positive = |v: f64| v > 0.0 && v.is_finite();
     let moves = !setup.law.spec.force.is_empty();
+    if setup.settings.traversal == Traversal::Convolution && !setup.cracks.is_empty() {
+        let what = "a convolution takes bonds that hold, and a crack has cut some";
+        return Err(InputError::new(what, "use `lattice`").about("traversal"));
+    }
     if setup.density.len() != setup.settings.materials.len() {
         return Err(InputError::new(
             format!(
@@ -597,5 +606,9 @@ fn layout(engine: &Engine) -> u64 {
         .slots()
         .iter()
         .for_each(|s| f.bytes(&s.to_le_bytes()));
+    // The same order, but other bits.
+    if let Some(convolution) = engine.report().convolution {
+        f.debug(&convolution.size);
+    }
     f.0
 }

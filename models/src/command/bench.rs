@@ -1,6 +1,8 @@
 //! `pdlang bench kernels`: what a bond costs in the catalogue's kernels, beside loops written by hand. `pdlang bench scenes`
-//! is in a file of its own.
+//! is in a file of its own,
+//! as the others are.
 
+mod convolution;
 mod growth;
 mod scenes;
 
@@ -98,6 +100,7 @@ pub fn command() -> Command {
         .disable_help_subcommand(true)
         .subcommand(kernels)
         .subcommand(scenes)
+        .subcommand(convolution::command())
         .subcommand(growth::command())
 }
 
@@ -105,6 +108,7 @@ pub fn execute(matches: &ArgMatches) -> Outcome {
     match matches.subcommand() {
         Some(("kernels", matches)) => kernels(matches),
         Some(("scenes", matches)) => compare_scenes(matches),
+        Some(("convolution", matches)) => convolution::execute(matches),
         Some(("growth", matches)) => growth::execute(matches),
         // The parser has refused everything else.
         _ => Ok(()),

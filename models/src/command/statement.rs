@@ -221,7 +221,7 @@ fn body(s: &mut Statement, scene: &Scene, simulation: &Simulation) {
             report.isa.name()
         ),
     );
-    if compiled == 0 {
+    if compiled == 0 && report.convolution.is_none() {
         let how = match simulation.spec.linearised {
             true => COMPILE_LINEARISED,
             false => COMPILE,

@@ -97,6 +97,7 @@ fn scenes_are_timed_with_and_without_what_they_may_leave_out() {
         "neighbour lists",
         "general kinematics",
         "general kinematics of a cloud",
+        "loops over bonds",
         "nodes at rest",
         "energy at every step",
         "volume correction",
@@ -156,4 +157,25 @@ fn growth_is_timed_and_drawn() {
     );
     let wrong = ["bench", "growth", "--seconds", "nan"];
     mentions(&pdlang(&wrong, 1), &["--seconds"]);
+}
+
+#[test]
+fn convolutions_are_timed_beside_bonds() {
+    let line = "bench convolution --size 6 --repeats 1 --json";
+    let words: Vec<&str> = line.split(' ').collect();
+    let rows: Vec<serde_json::Value> = serde_json::from_str(&pdlang(&words, 0)).expect("an array");
+    assert_eq!(rows.len(), 4 * 7);
+    for row in &rows {
+        for key in [
+            "bonds_per_node",
+            "lattice_ns_per_node",
+            "convolution_ns_per_node",
+            "wall_ratio",
+            "lattice_bytes_per_node",
+        ] {
+            assert!(row[key].as_f64().is_some_and(|n| n > 0.0), "{key} of {row}");
+        }
+    }
+    // PMB: three transforms of the displacement and three back.
+    assert_eq!(rows[0]["transforms"], 6);
 }

@@ -1,6 +1,6 @@
 //! `pdlang plan`, and what a scene may leave out.
 
-use super::{PLATE, folder, pdlang, shown, write};
+use super::{PLATE, folder, mentions, pdlang, shown, write};
 
 /// The lists of a plan, each entry what it is and why.
 fn planned(scene: &str) -> [Vec<String>; 2] {
@@ -105,4 +105,42 @@ fn a_plan_says_what_is_computed_and_what_not() {
     has(&computed, "nodes at rest: the scene");
     has(&computed, "pictures: ");
     assert!(!dir.join("out").exists(), "a plan leaves no files");
+}
+
+/// A plan says where a convolution is faster, and what it does where it is chosen.
+#[test]
+fn a_plan_knows_convolutions() {
+    let dir = folder("convolved");
+    let scene = |name: &str, family: &str, material: &str| {
+        let text = format!(
+            "[body]\nflavour = \"plane_strain\"\nspacing = \"1 mm\"\nthickness = \"1 mm\"\n\
+             shape = {{ box = {{ from = [0, 0], to = [\"150 mm\", \"100 mm\"] }} }}\n\
+             [family]\nhorizon = \"16 dx\"\n{family}\n\
+             [material]\nmodel = \"pmb\"\nlinearised = true\ndensity = 2200\nK = \"14.9 GPa\"\n{material}\n\
+             [time]\nsteps = 5\ndt = \"10 ns\"\n"
+        );
+        write(dir.join(name), &text)
+    };
+    let told = |path: &str| pdlang(&["plan", path], 0);
+    let direct = told(&scene("direct.toml", "", ""));
+    mentions(
+        &direct,
+        &[
+            "lattice traversal",
+            "  faster     a convolution takes 0.",
+            "[family]",
+        ],
+    );
+    let chosen = told(&scene("chosen.toml", "traversal = \"convolution\"", ""));
+    mentions(
+        &chosen,
+        &[
+            "convolution traversal",
+            "loops over bonds: `force` sums by convolution, 4 transforms of",
+            "nodes at rest: a convolution has all nodes at once",
+        ],
+    );
+    assert!(!chosen.contains("faster"), "{chosen}");
+    let breaking = told(&scene("breaking.toml", "", "s0 = 0.5"));
+    assert!(!breaking.contains("faster"), "{breaking}");
 }

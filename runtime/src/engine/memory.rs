@@ -4,7 +4,7 @@ use super::parts::PartReport;
 use super::program::Program;
 use super::records;
 use super::setup::neighbours;
-use super::{Engine, Isa, Settings, SetupError};
+use super::{ConvolutionReport, Engine, Isa, Settings, SetupError};
 use crate::body::Body;
 use crate::layout::{Shape, plan_lattice};
 use crate::spec::{HistorySpec, RateSpec, Spec, Stage};
@@ -16,7 +16,7 @@ pub struct Report {
     pub nodes: usize,
     /// Directed bonds of the whole horizon.
     pub bonds: usize,
-    /// `lattice` or `cloud`.
+    /// `lattice`, `cloud` or `convolution`.
     pub traversal: &'static str,
     pub isa: Isa,
     /// (name, compiled rather than interpreted)
@@ -39,6 +39,8 @@ pub struct Report {
     pub parts: Vec<PartReport>,
     /// Lanes of the chunks that hold no node, as a part of all; each material and horizon begins a chunk.
     pub empty_lanes: f64,
+    /// Sums over bonds that are convolutions.
+    pub convolution: Option<ConvolutionReport>,
     /// Constants of the law at the nodes of the first material, by position.
     pub constants: Vec<f64>,
 }
@@ -119,11 +121,17 @@ impl Engine {
         }
         let whole = self.bonds[0].whole_intact.iter();
         let whole = whole.filter(|w| **w != 0).count();
+        let convolution = self.convolution.as_ref();
+        let convolution = convolution.map(|c| c.report(&self.programs));
         let state: usize = (0..self.state_slots).map(|k| self.stored(k)).sum();
         Report {
             nodes: self.layout.slot.len(),
             bonds: self.families[0].bonds,
-            traversal: if self.lattice { "lattice" } else { "cloud" },
+            traversal: match (self.lattice, &convolution) {
+                (true, Some(_)) => "convolution",
+                (true, None) => "lattice",
+                (false, _) => "cloud",
+            },
             isa: self.isa,
             sweeps: self
                 .programs
@@ -141,11 +149,13 @@ impl Engine {
                 + bytes(&self.arrays)
                 + self.parts.bytes()
                 + self.sleep.bytes(self.layout.len)
+                + convolution.as_ref().map_or(0, |c| c.bytes)
                 + 8 * (2 * self.spec.dim * self.layout.len + state),
             parts: self.part_reports(),
             empty_lanes: 1.0
                 - self.layout.slot.len() as f64 / (CHUNK * self.layout.chunks()) as f64,
             constants: self.constants(0).to_vec(),
+            convolution,
         }
     }
 }
@@ -201,7 +211,7 @@ fn estimate(spec: &Spec, programs: &[Program], body: &Body, s: &Settings, lattic
 }
 
 /// Free memory [bytes], where the system says so.
-fn available() -> Option<u64> {
+pub(super) fn available() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/meminfo").ok()?;
     let line = text.lines().find(|l| l.starts_with("MemAvailable:"))?;
     line.split_whitespace()

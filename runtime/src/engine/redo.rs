@@ -55,6 +55,7 @@ impl Engine {
                 self.bonds[f].whole_reference[chunk] = reference as u8;
                 self.bonds[f].whole_intact[chunk] = intact as u8;
             }
+            self.bonds[f].unbroken = self.families[f].present == s.families[f].intact;
             self.bonds[f].stamp = s.families[f].stamp;
         }
     }

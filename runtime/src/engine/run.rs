@@ -26,6 +26,9 @@ impl Engine {
 
     /// A pure run over the whole body.
     pub(super) fn run_all(&mut self, k: usize, s: &State) {
+        if self.convolve(k, s) {
+            return;
+        }
         let call = self.call(k, s);
         let (p, bonds) = (&self.programs[k], &self.bonds[self.programs[k].family]);
         let whole = if p.reference {
@@ -101,7 +104,7 @@ impl Engine {
     }
 
     /// What a sweep reads and writes.
-    fn call(&mut self, k: usize, s: &State) -> Call {
+    pub(super) fn call(&mut self, k: usize, s: &State) -> Call {
         let p = &self.programs[k];
         let (family, bonds) = (&self.families[p.family], &self.bonds[p.family]);
         let state = &s.families[p.family];
@@ -165,12 +168,16 @@ impl Engine {
     }
 
     fn values(&self, slot: usize, s: &State) -> *const f64 {
-        match self.homes[slot] {
-            Home::Displacement(a) => s.u[a].as_ptr(),
-            Home::Velocity(a) => s.v[a].as_ptr(),
-            Home::Position(a) => self.layout.x[a].as_ptr(),
-            Home::State(k) => s.slots[k].as_ptr(),
-            Home::Array(k) => self.arrays[k].as_ptr(),
+        self.read(self.homes[slot], s).as_ptr()
+    }
+
+    pub(super) fn read<'a>(&'a self, home: Home, s: &'a State) -> &'a [f64] {
+        match home {
+            Home::Displacement(a) => &s.u[a],
+            Home::Velocity(a) => &s.v[a],
+            Home::Position(a) => &self.layout.x[a],
+            Home::State(k) => &s.slots[k],
+            Home::Array(k) => &self.arrays[k],
         }
     }
 
@@ -204,7 +211,7 @@ impl Engine {
     }
 
     /// Ghosts of what a sweep wrote, where another sweep reads them.
-    fn refresh_outputs(&mut self, k: usize) {
+    pub(super) fn refresh_outputs(&mut self, k: usize) {
         if self.layout.ghosts.to.is_empty() {
             return;
         }
@@ -234,6 +241,9 @@ impl Engine {
     /// What has changed is found; the time step becomes a node slot, displacements are made as the cloud traversal reads them.
     pub(super) fn pack(&mut self, s: &State) {
         self.stir(s);
+        if let Some(convolution) = &mut self.convolution {
+            convolution.forget();
+        }
         for (slot, home) in self.spec.slots.iter().zip(&self.homes) {
             if let (SlotKind::TimeStep, Home::Array(a)) = (slot.kind, home)
                 && self.arrays[*a].first() != Some(&s.dt)

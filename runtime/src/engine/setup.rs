@@ -1,6 +1,7 @@
 //! Making an engine: check, estimate, lay out, evaluate, run the reference stage.
 use super::breakable::breaks;
 use super::constants::{AtReferenceBond, Materials};
+use super::convolution::Convolution;
 use super::geometry::{Geometry, Kept, Streams, table, vector};
 use super::levels::{Grading, group};
 use super::needs::Needs;
@@ -15,7 +16,7 @@ use crate::lane::Record;
 use crate::layout::{
     Family, Filter, INCLUSIVE, Layout, Shape, cloud, lattice, partial_volume, plan_lattice,
 };
-use crate::spec::{SlotKind, Spec};
+use crate::spec::{SlotKind, Spec, Stage};
 use crate::tape::{Code, Limits, Place, length, truth};
 use crate::traverse::CHUNK;
 
@@ -89,38 +90,46 @@ pub(super) fn engine(body: &Body, law: Law, settings: Settings) -> Result<Engine
     engine.refresh_whole(&rest);
     engine.reference_stage(&rest, &settings.without);
     engine.drop_streams_of_the_reference();
-    engine.family_stage(&rest);
+    if let (Traversal::Convolution, Some(grid)) = (settings.traversal, &body.grid) {
+        let plan = plan_lattice(body, grid, settings.reach(), settings.materials.len());
+        // Steady sums read what it writes.
+        engine.run_stage(Stage::Family, &rest);
+        let convolution = Convolution::new(&engine, plan.cells(body, grid))?;
+        engine.convolution = Some(Box::new(convolution));
+    }
     Ok(engine)
 }
 
 /// `by_lengths`: bonds between the same two materials differ.
 fn use_lattice(body: &Body, settings: &Settings, by_lengths: bool) -> Result<bool, SetupError> {
-    let fail = |m: &str| Err(SetupError::Settings(m.into()));
+    let fail = |m: &str| Err(SetupError::Traversal(m.into(), "use `cloud`".into()));
+    let chosen = matches!(
+        settings.traversal,
+        Traversal::Lattice | Traversal::Convolution
+    );
     let (Some(grid), true) = (&body.grid, settings.traversal != Traversal::Cloud) else {
-        return match settings.traversal {
-            Traversal::Lattice => {
-                fail("the lattice traversal needs a body on a regular grid: use `cloud`")
-            }
-            _ => Ok(false),
+        return match chosen {
+            true => fail("the lattice traversal needs a body on a regular grid"),
+            false => Ok(false),
         };
     };
     if by_lengths {
-        return match settings.traversal {
-            Traversal::Lattice => fail(
-                "a parameter meets by the lengths of a bond in two materials, so that no two bonds need be alike: use `cloud`",
+        return match chosen {
+            true => fail(
+                "a parameter meets by the lengths of a bond in two materials, so that no two bonds need be alike",
             ),
-            _ => Ok(false),
+            false => Ok(false),
         };
     }
     let uniform = body
         .volume
         .iter()
         .all(|v| (v - body.volume[0]).abs() <= 1e-12 * body.volume[0]);
-    if settings.traversal == Traversal::Lattice {
+    if chosen {
         return if uniform {
             Ok(true)
         } else {
-            fail("the lattice traversal needs equal node volumes: use `cloud`")
+            fail("the lattice traversal needs equal node volumes")
         };
     }
     let reach = (settings.reach() / grid.spacing).min(1e6);
@@ -298,6 +307,7 @@ fn assemble(
         parts,
         bonds,
         redo,
+        convolution: None,
     }
 }
 
@@ -364,6 +374,7 @@ fn bond_data(
         armed: vec![],
         whole_reference: vec![0; layout.chunks()],
         whole_intact: vec![0; layout.chunks()],
+        unbroken: false,
         stamp: 0,
     }
 }

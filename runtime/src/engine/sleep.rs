@@ -197,7 +197,7 @@ impl Engine {
 
     /// Whether the sweeps of the law allow that.
     pub fn can_sleep(&self) -> bool {
-        self.sleep.rings.iter().any(Option::is_some)
+        self.convolution.is_none() && self.sleep.rings.iter().any(Option::is_some)
     }
 
     /// Whether chunks may be asleep now.

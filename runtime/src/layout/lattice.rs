@@ -2,9 +2,10 @@
 //!
 //! Where materials meet, the nodes of each in a block of eight are a chunk, and the bonds to each are a row.
 use super::{
-    Family, Filter, Ghosts, INCLUSIVE, Kind, Layout, NONE, Shape, Stencil, partial_volume,
+    Cells, Family, Filter, Ghosts, INCLUSIVE, Kind, Layout, NONE, Shape, Stencil, partial_volume,
 };
 use crate::body::{Body, Grid};
+use crate::fourier::Axis;
 use crate::tape::{length, length_squared};
 use crate::traverse::CHUNK;
 use rayon::prelude::*;
@@ -107,6 +108,26 @@ impl Plan {
             s += (cell[a] + self.before[a] as i64) * self.stride[a] as i64;
         }
         s as usize
+    }
+
+    /// The box without its padding, from the fastest axis to the slowest; but an axis of one cell comes before the
+    /// last, along which work is shared out.
+    pub fn cells(&self, body: &Body, grid: &Grid) -> Cells {
+        let mut order = self.order;
+        if self.shape[order[2]] == 1 {
+            order.swap(1, 2);
+        }
+        Cells {
+            axes: order.map(|a| Axis {
+                cells: self.shape[a],
+                reach: self.reach[a],
+                periodic: a < self.dim && body.periodic[a].is_some(),
+            }),
+            stride: order.map(|a| self.stride[a]),
+            first: self.slot([0; 3]),
+            direction: order,
+            spacing: grid.spacing,
+        }
     }
 
     fn offset(&self, step: [i64; 3]) -> i64 {

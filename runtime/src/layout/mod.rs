@@ -10,6 +10,7 @@ mod search;
 pub(crate) use cloud::cloud;
 pub(crate) use lattice::{lattice, plan_lattice};
 
+use crate::fourier::Axis;
 use crate::traverse::CHUNK;
 use rayon::prelude::*;
 
@@ -107,6 +108,26 @@ impl Layout {
     pub fn bytes(&self) -> usize {
         8 * self.len * (self.dim.max(1) + 1)
             + 4 * (self.slot.len() + self.user.len() + self.chunk_of.len() + self.base.len())
+    }
+}
+
+/// What a lattice is made of, from its fastest axis to its slowest.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Cells {
+    pub axes: [Axis; 3],
+    /// Slots from cell to cell, the slot of the first cell, and which direction of space each axis has.
+    pub stride: [usize; 3],
+    pub first: usize,
+    pub direction: [usize; 3],
+    /// [m]
+    pub spacing: f64,
+}
+
+impl Cells {
+    /// Cells from one end of a bond to the other, along each axis.
+    pub fn step(&self, xi: [f64; 3]) -> [i64; 3] {
+        self.direction
+            .map(|a| (xi[a] / self.spacing).round() as i64)
     }
 }
 

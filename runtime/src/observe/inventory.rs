@@ -31,7 +31,7 @@ pub fn inventory(sim: &Simulation) -> Vec<Item> {
     let mut list = List(vec![]);
     mechanics(&mut list, sim, &report);
     bonds(&mut list, sim, &report);
-    surroundings(&mut list, sim);
+    surroundings(&mut list, sim, &report);
     passes(&mut list, sim, &report);
     outputs(&mut list, sim);
     list.0
@@ -98,7 +98,7 @@ fn mechanics(list: &mut List, sim: &Simulation, report: &Report) {
         (false, false) => list.add("breaking", false, "the law cannot break"),
     }
     let pure = step().filter(|s| s.loops && !s.breaks).collect::<Vec<_>>();
-    if !pure.is_empty() {
+    if !pure.is_empty() && report.convolution.is_none() {
         let why = format!(
             "{} of the chunks have all their bonds at the start: {} reads none there",
             percent(report.whole),
@@ -137,7 +137,18 @@ fn mechanics(list: &mut List, sim: &Simulation, report: &Report) {
 
 /// What the loops over bonds read.
 fn bonds(list: &mut List, sim: &Simulation, report: &Report) {
-    let lattice = report.traversal == "lattice";
+    let lattice = report.traversal != "cloud";
+    if let Some(c) = &report.convolution {
+        let size: Vec<String> = c.size.iter().map(usize::to_string).collect();
+        let names: Vec<String> = c.sweeps.iter().map(|s| format!("`{s}`")).collect();
+        let why = format!(
+            "{} sums by convolution, {} transforms of {} cells an evaluation; energies are sums over bonds",
+            names.join(", "),
+            c.transforms,
+            size.join(" x ")
+        );
+        list.add("loops over bonds", false, why);
+    }
     list.either(
         "neighbour lists",
         !lattice,
@@ -192,7 +203,7 @@ fn bonds(list: &mut List, sim: &Simulation, report: &Report) {
 }
 
 /// What acts on the body.
-fn surroundings(list: &mut List, sim: &Simulation) {
+fn surroundings(list: &mut List, sim: &Simulation, report: &Report) {
     list.either(
         "contact",
         !sim.indenters.is_empty(),
@@ -211,6 +222,7 @@ fn surroundings(list: &mut List, sim: &Simulation) {
             "left out until something reaches them, to the same bits; until then they are compared"
         }
         (false, true) => "the scene keeps them awake, or all move from the start",
+        (false, false) if report.convolution.is_some() => "a convolution has all nodes at once",
         (false, false) => "sweeps of the law write over each other",
     };
     list.add("nodes at rest", !engine.sleeps(), why);

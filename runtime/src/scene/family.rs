@@ -20,6 +20,8 @@ pub struct Family {
     /// Neighbours that the horizon cuts count in part.
     pub partial_volume: bool,
     pub traversal: Traversal,
+    /// Where the scene says so.
+    pub(super) traversal_place: Option<Range<usize>>,
     /// `None` takes the best that the machine has.
     pub isa: Option<Isa>,
 }
@@ -56,10 +58,11 @@ impl Horizon {
 
 const LEVELS: u64 = 64;
 
-const TRAVERSALS: [(&str, Traversal); 3] = [
+const TRAVERSALS: [(&str, Traversal); 4] = [
     ("auto", Traversal::Auto),
     ("lattice", Traversal::Lattice),
     ("cloud", Traversal::Cloud),
+    ("convolution", Traversal::Convolution),
 ];
 
 const INSTRUCTIONS: [(&str, Option<Isa>); 4] = [
@@ -74,6 +77,7 @@ pub(super) fn read(section: Section<'_>, spacing: Option<&Placed<f64>>) -> Optio
     let levels = section.count("horizon_levels", 1);
     let partial_volume = section.flag("partial_volume");
     let traversal = section.choice("traversal", &TRAVERSALS);
+    let traversal_place = section.value("traversal").map(|v| v.span.clone());
     let isa = section.choice("instructions", &INSTRUCTIONS);
     section.finish();
     Some(Family {
@@ -81,6 +85,7 @@ pub(super) fn read(section: Section<'_>, spacing: Option<&Placed<f64>>) -> Optio
         horizon_levels: levels.unwrap_or(LEVELS) as usize,
         partial_volume: partial_volume.unwrap_or(false),
         traversal: traversal.unwrap_or(Traversal::Auto),
+        traversal_place,
         isa: isa.flatten(),
     })
 }

@@ -195,9 +195,13 @@ impl Scene {
         }
     }
 
-    /// An error of the built body, at the scene's `[body]`.
+    /// An error of the built body, at the key that it is about or at the scene's `[body]`.
     fn problem(&self, error: InputError) -> Problems {
-        self.problem_at(self.source.body.clone(), error)
+        let key = match error.key {
+            Some("traversal") => self.family.traversal_place.clone(),
+            _ => None,
+        };
+        self.problem_at(key.unwrap_or(self.source.body.clone()), error)
     }
 
     fn problem_at(&self, place: Range<usize>, error: InputError) -> Problems {

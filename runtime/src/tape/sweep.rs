@@ -43,34 +43,11 @@ impl<L: Lane, N: Node<L>> Leaves<L> for AtNode<'_, L, N> {
 impl<const D: usize> Body<D> for TapeSweep {
     #[inline(always)]
     unsafe fn run<L: Blocks, N: Node<L>, R: Rows<L, D>>(&self, node: &mut N, rows: &R) {
-        let mut acc = [L::splat(0.0); MAX_VALUES];
-        let mut left = self.extremes;
-        while left != 0 {
-            acc[left.trailing_zeros() as usize] = L::splat(f64::NEG_INFINITY);
-            left &= left - 1;
-        }
-        let mut pre = [L::splat(0.0); MAX_VALUES];
-        let mut r = Registers::new();
-        let mut at = AtNode {
-            node: &*node,
-            pre: &pre,
-            acc: &acc,
-        };
-        run(&self.pre, &mut r, &mut at);
-        for (to, &from) in pre.iter_mut().zip(&self.pre.outs) {
-            *to = r.number(from);
-        }
+        let pre = self.prologue(node);
+        let mut acc = self.zeros();
         // SAFETY: as of this function.
         unsafe { self.bonds(&pre, rows, &mut acc) };
-        let mut at = AtNode {
-            node: &*node,
-            pre: &pre,
-            acc: &acc,
-        };
-        run(&self.post, &mut r, &mut at);
-        for (k, &from) in self.post.outs.iter().enumerate() {
-            node.out(k, r.number(from));
-        }
+        self.epilogue(&pre, &acc, node);
     }
     #[inline(always)]
     fn streams(&self) -> usize {
@@ -87,6 +64,54 @@ impl<const D: usize> Body<D> for TapeSweep {
 }
 
 impl TapeSweep {
+    /// What sums begin with.
+    #[inline(always)]
+    pub(crate) fn zeros<L: Lane>(&self) -> [L; MAX_VALUES] {
+        let mut acc = [L::splat(0.0); MAX_VALUES];
+        let mut left = self.extremes;
+        while left != 0 {
+            acc[left.trailing_zeros() as usize] = L::splat(f64::NEG_INFINITY);
+            left &= left - 1;
+        }
+        acc
+    }
+
+    #[inline(always)]
+    pub(crate) fn prologue<L: Lane, N: Node<L>>(&self, node: &N) -> [L; MAX_VALUES] {
+        let none = [L::splat(0.0); MAX_VALUES];
+        let mut pre = none;
+        let mut r = Registers::new();
+        let mut at = AtNode {
+            node,
+            pre: &none,
+            acc: &none,
+        };
+        run(&self.pre, &mut r, &mut at);
+        for (to, &from) in pre.iter_mut().zip(&self.pre.outs) {
+            *to = r.number(from);
+        }
+        pre
+    }
+
+    #[inline(always)]
+    pub(crate) fn epilogue<L: Lane, N: Node<L>>(
+        &self,
+        pre: &[L; MAX_VALUES],
+        acc: &[L; MAX_VALUES],
+        node: &mut N,
+    ) {
+        let mut r = Registers::new();
+        let mut at = AtNode {
+            node: &*node,
+            pre,
+            acc,
+        };
+        run(&self.post, &mut r, &mut at);
+        for (k, &from) in self.post.outs.iter().enumerate() {
+            node.out(k, r.number(from));
+        }
+    }
+
     /// Runs the bond tape over all rows, block after block.
     #[inline(always)]
     unsafe fn bonds<L: Blocks, R: Rows<L, D>, const D: usize>(

@@ -7,9 +7,11 @@
 //! Nothing here branches on a law. `MASKED = false` is the instance for chunks whose families are whole:
 //! it reads no masks and cannot break bonds.
 mod cloud;
+mod convolved;
 mod interpreted;
 mod lattice;
 
+pub(crate) use convolved::{Convolved, Factor, RunConvolved, Term, convolved};
 pub(crate) use interpreted::interpreted;
 
 use crate::engine::records::Pack;

@@ -90,6 +90,11 @@ pub fn cases() -> Vec<Case> {
             &cloud(""),
             &cloud(linearised),
         );
+        let convolved = Side {
+            family: "traversal = \"convolution\"",
+            ..material(linearised)
+        };
+        add("loops over bonds", &material(linearised), &convolved);
         let bar = |time| Side {
             bar: true,
             time,
