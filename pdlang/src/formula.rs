@@ -50,6 +50,8 @@ fn value(op: &Op, before: &[Shown], spec: &Spec, sweep: Option<&SweepSpec>) -> S
     };
     let product = |a: &u32, b: &u32| match a == b {
         true => power(at_least(a, Tight::Atom), 2),
+        _ if of(a).0 == "1" => of(b),
+        _ if of(b).0 == "1" => of(a),
         false => {
             let (a, b) = (at_least(a, Tight::Product), at_least(b, Tight::Product));
             (format!("{a}*{b}"), Tight::Product)

@@ -11,6 +11,7 @@ pub mod diag;
 pub mod direct;
 pub mod emit;
 pub mod ends;
+pub mod explain;
 pub mod files;
 pub mod fmt;
 pub mod formula;

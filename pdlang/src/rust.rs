@@ -8,7 +8,8 @@
 use proc_macro2::{Ident, Literal, Span, TokenStream};
 use quote::{format_ident, quote};
 
-use crate::formula::{axis, formula, quantity};
+use crate::explain;
+use crate::formula::{axis, quantity};
 use crate::spec::{SlotKind, Spec, Stage, SweepSpec};
 use crate::tape::{Op, Tape};
 
@@ -85,7 +86,7 @@ fn type_name(k: usize, s: &SweepSpec) -> Ident {
 
 fn sweep(k: usize, s: &SweepSpec, spec: &Spec) -> TokenStream {
     let name = type_name(k, s);
-    let doc = doc(s, spec);
+    let doc = explain::notes(s, spec);
     let dim = number(spec.dim);
     let (pres, accs) = (number(s.pre.outs.len()), number(s.accumulators as usize));
     let starts = (0..s.accumulators).map(|k| {
@@ -164,62 +165,6 @@ fn sweep(k: usize, s: &SweepSpec, spec: &Spec) -> TokenStream {
             }
         }
     }
-}
-
-/// What a sweep is for, and what the numbers in its functions are.
-fn doc(s: &SweepSpec, spec: &Spec) -> Vec<String> {
-    let when = match s.stage {
-        Stage::Reference => "once, at rest",
-        Stage::Part => "once, when initial values are set",
-        Stage::Family => "once, and again where bonds broke",
-        Stage::Step => "at every force evaluation",
-        Stage::Energy => "when the energy is asked for",
-        Stage::Tangent => "when the tangent is asked for",
-        Stage::Update => "once per accepted step",
-    };
-    let over = match s.reference {
-        true => "all bonds",
-        false => "intact bonds",
-    };
-    let family = &spec.families[s.family as usize].name;
-    let list = |slots: &[u32]| {
-        let names: Vec<String> = slots.iter().map(|k| quantity(spec, *k)).collect();
-        names.join(", ")
-    };
-    let mut lines = vec![format!("`{}`, {when}: {over} of `{family}`.", s.name)];
-    let mut line = |title: &str, text: String| {
-        if !text.is_empty() {
-            lines.push(format!("- {title}: {text}"));
-        }
-    };
-    line("own", list(&s.own));
-    line("nbr", list(&s.nbr));
-    line("out", list(&s.out));
-    let mut constants = [&s.geometry, &s.streams, &s.pre, &s.bond, &s.post]
-        .into_iter()
-        .flat_map(|tape| &tape.ops)
-        .filter_map(|op| match op {
-            Op::Const(k) => Some(*k),
-            _ => None,
-        })
-        .collect::<Vec<_>>();
-    constants.sort_unstable();
-    constants.dedup();
-    for k in constants {
-        if let Some(r) = spec.constants.outs.get(k as usize) {
-            line(&format!("c{k}"), formula(&spec.constants, *r, spec, None));
-        }
-    }
-    for (k, r) in s.geometry.outs.iter().enumerate() {
-        line(&format!("g{k}"), formula(&s.geometry, *r, spec, Some(s)));
-    }
-    for (k, r) in s.streams.outs.iter().enumerate() {
-        line(
-            &format!("stream{k}"),
-            formula(&s.streams, *r, spec, Some(s)),
-        );
-    }
-    lines
 }
 
 /// What the registers of a tape are called.

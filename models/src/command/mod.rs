@@ -6,6 +6,7 @@
 mod bench;
 mod check;
 mod emit;
+mod explain;
 mod fmt;
 mod forecast;
 mod models;
@@ -82,6 +83,7 @@ fn cli() -> Command {
         .subcommand(run::command())
         .subcommand(plan::command())
         .subcommand(check::command())
+        .subcommand(explain::command())
         .subcommand(verify::command())
         .subcommand(models::command())
         .subcommand(emit::command())
@@ -94,6 +96,7 @@ fn dispatch(matches: &ArgMatches) -> Outcome {
         Some(("run", m)) => run::execute(m),
         Some(("plan", m)) => plan::execute(m),
         Some(("check", m)) => check::execute(m),
+        Some(("explain", m)) => explain::execute(m),
         Some(("verify", m)) => verify::execute(m),
         Some(("models", m)) => models::execute(m),
         Some(("emit", m)) => emit::execute(m),

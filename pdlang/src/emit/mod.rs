@@ -4,6 +4,7 @@
 //! the snapshots of the tests rest on it.
 
 mod ast;
+mod computed;
 mod ir;
 mod latex;
 mod page;
@@ -31,6 +32,8 @@ pub enum Stage {
     /// The page of the law, as LaTeX and as Markdown.
     Latex,
     Markdown,
+    /// Sweeps with their formulas and costs; of `pdlang explain`.
+    Explained,
 }
 
 impl Stage {
@@ -51,6 +54,7 @@ impl Stage {
             Stage::Rust => "rust",
             Stage::Latex => "latex",
             Stage::Markdown => "markdown",
+            Stage::Explained => "explained",
         }
     }
 }
@@ -105,6 +109,7 @@ pub fn emit_in(
             Stage::Rust => rust::page(crate::rust::module(&[spec(law, &request)?])),
             Stage::Latex => page::latex(law, model, &source),
             Stage::Markdown => page::markdown(law, model, &source, link),
+            Stage::Explained => crate::explain::text(&spec(law, &request)?),
         })
     };
     let parts: Result<Vec<String>, Vec<Diagnostic>> = laws.map(one).collect();

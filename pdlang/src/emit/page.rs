@@ -10,7 +10,7 @@ use crate::span::Span;
 use std::collections::BTreeSet;
 
 /// A paragraph of the page.
-enum Part {
+pub(super) enum Part {
     Heading(String),
     Text(String),
     /// Columns, then rows; formulas are in `$`.
@@ -116,6 +116,7 @@ fn parts(law: &Law, model: &Model, source: &Source) -> Vec<Part> {
         parts.extend(equation(item, &notation, source));
     }
     parts.extend(functions(model, source, &notation));
+    parts.extend(super::computed::parts(law));
     for item in &model.items {
         if let Item::Probe(probe) = item {
             if !parts
