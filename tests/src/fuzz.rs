@@ -97,7 +97,13 @@ fn rendered(text: &str, diagnostics: &[Diagnostic]) {
 
 /// The law as defined and its tapes, on a small body in a random state. False where an answer is no number.
 fn agree(text: &str, law: &Law, flavour: Flavour) -> bool {
-    let question = Question::deformed(law, bodies::carved(flavour, 1), 1e-2, 1);
+    let shape = match flavour.dim() {
+        1 => [5, 1, 1],
+        2 => [3, 3, 1],
+        _ => [3, 2, 2],
+    };
+    let body = bodies::lattice(flavour, shape, false);
+    let question = Question::deformed(law, body, 1e-2, 1);
     // How much the answer owes to the last digits of the state: laws of chance need not be well conditioned.
     let mut beside = question.clone();
     let last = beside.path.last_mut().into_iter().flatten().flatten();
