@@ -1,4 +1,4 @@
-//! `pdlang check`, `fmt`, `emit`, `models` and `verify`.
+//! `pdlang check`, `fmt`, `emit`, `explain`, `models` and `verify`.
 
 use super::{PLATE, bytes, command, folder, mentions, pdlang, shown, write};
 use std::path::Path;
@@ -119,6 +119,40 @@ model wrong "Linear peridynamic solid with a misprint"
   bond ed    = e - theta*x/dim
   energy W   = K_d(K, G)*theta^2/2 + dim^2*G/(2*m)*sum(omega*ed^2)
 }"#;
+
+#[test]
+fn explain_says_how_a_law_is_computed() {
+    let says = [
+        "lps in 3D",
+        "theta: at every force evaluation",
+        "breaks where",
+        "force_x = ",
+        "kernels: compiled in 1D, 2D, 3D",
+    ];
+    mentions(&pdlang(&["explain", "lps"], 0), &says);
+    let plane = ["explain", "heat", "--dim", "2", "--linearised"];
+    mentions(&pdlang(&plane, 0), &["heat in 2D", "a bond takes"]);
+    let refused = ["explain", "lamina", "--dim", "3"];
+    mentions(&pdlang(&refused, 1), &["PD092"]);
+    mentions(&pdlang(&["explain", "lpz"], 1), &["did you mean"]);
+}
+
+/// What closes the pipe has read enough.
+#[test]
+fn a_closed_pipe_is_no_panic() {
+    use std::io::Read;
+    let mut child = command(&["verify", "pmb", "--json"])
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .expect("the command starts");
+    drop(child.stdout.take());
+    let mut words = String::new();
+    let stderr = child.stderr.as_mut().expect("a pipe");
+    stderr.read_to_string(&mut words).expect("text");
+    assert!(child.wait().expect("it ends").success(), "{words}");
+    assert!(!words.contains("panicked"), "{words}");
+}
 
 #[test]
 fn verify_passes_the_catalogue_and_says_what_is_wrong_with_a_file() {
