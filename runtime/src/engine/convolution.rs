@@ -101,8 +101,8 @@ struct Maker<'a> {
     cells: Cells,
     fourier: Fourier,
     kernels: Vec<Kernel>,
-    /// By the bits of the coefficients of a family, or nothing where they are all zero.
-    known: BTreeMap<(usize, Vec<u64>), Vec<(usize, f64)>>,
+    /// By family and the bits of the coefficients.
+    known: BTreeMap<(usize, Vec<u64>), Vec<usize>>,
     sources: Vec<Vec<Home>>,
     steady: Vec<Vec<f64>>,
     summed: BTreeMap<(usize, Vec<u64>, Vec<Home>), Option<usize>>,
@@ -320,10 +320,10 @@ impl Maker<'_> {
                         array,
                     });
                 }
-                let products = kernels.into_iter().map(|(kernel, factor)| Product {
+                let products = kernels.into_iter().map(|kernel| Product {
                     source,
                     kernel,
-                    factor: factor * sign,
+                    factor: sign,
                 });
                 sweep.outputs[output].extend(products);
             }
@@ -347,13 +347,8 @@ impl Maker<'_> {
         position(&mut self.sources, factors)
     }
 
-    /// The even and the odd part, where they are not zero; a sign belongs to each.
-    fn kernels(
-        &mut self,
-        family: usize,
-        stencil: &Stencil,
-        numbers: Vec<f64>,
-    ) -> Vec<(usize, f64)> {
+    /// The even and the odd part, where they are not zero.
+    fn kernels(&mut self, family: usize, stencil: &Stencil, numbers: Vec<f64>) -> Vec<usize> {
         let key = (family, bits(&numbers));
         if let Some(known) = self.known.get(&key) {
             return known.clone();
@@ -385,7 +380,7 @@ impl Maker<'_> {
                     steps.push((step.map(|s| -s), back));
                 }
             }
-            found.push((self.kernels.len(), 1.0));
+            found.push(self.kernels.len());
             self.kernels.push(self.fourier.kernel(&steps, odd == 1));
         }
         self.known.insert(key, found.clone());
