@@ -6,3 +6,4 @@ pub mod files;
 pub mod language;
 pub mod registry;
 pub mod verify;
+pub mod waves;

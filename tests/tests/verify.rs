@@ -481,6 +481,7 @@ fn random(law: &Law, seed: u64) -> Options {
         influence: Some(laws::influence(chosen)),
         horizon,
         density: within(500.0, 8000.0),
+        ..Options::default()
     }
 }
 

@@ -5,6 +5,8 @@
 
 mod bench;
 mod check;
+mod choices;
+mod dispersion;
 mod emit;
 mod explain;
 mod fmt;
@@ -85,6 +87,7 @@ fn cli() -> Command {
         .subcommand(check::command())
         .subcommand(explain::command())
         .subcommand(verify::command())
+        .subcommand(dispersion::command())
         .subcommand(models::command())
         .subcommand(emit::command())
         .subcommand(fmt::command())
@@ -98,6 +101,7 @@ fn dispatch(matches: &ArgMatches) -> Outcome {
         Some(("check", m)) => check::execute(m),
         Some(("explain", m)) => explain::execute(m),
         Some(("verify", m)) => verify::execute(m),
+        Some(("dispersion", m)) => dispersion::execute(m),
         Some(("models", m)) => models::execute(m),
         Some(("emit", m)) => emit::execute(m),
         Some(("fmt", m)) => fmt::execute(m),

@@ -1,44 +1,26 @@
 //! `pdlang verify`: the physics of a law, before any simulation.
 
-use clap::{Arg, ArgAction, ArgMatches, Command};
-use pdlang::{front, quantity};
-use pdlang_models::files;
+use clap::{Arg, ArgMatches, Command};
+use pdlang::ir::Law;
 use pdlang_models::verify::{self, Level, Options, Place, Verdict};
 use serde_json::{Value, json};
 
-use super::emit::{self, Text};
 use super::models::json_flag;
 use super::table::Table;
-use super::{Failure, Outcome, color, input_error};
+use super::{Failure, Outcome, choices, input_error};
 
 pub fn command() -> Command {
     Command::new("verify")
         .about("Check the physics of a law: balance, derivatives, constants, waves, limits, rates and probes")
-        .arg(
-            Arg::new("law")
-                .value_name("LAW")
-                .help("A law of the catalogue, or a .pd file")
-                .required(true),
-        )
-        .arg(
-            Arg::new("param")
-                .long("param")
-                .value_name("NAME=VALUE")
-                .help("A parameter, in SI or with its unit: K=3e9, \"E = 70 GPa\"")
-                .action(ArgAction::Append),
-        )
+        .arg(choices::law_arg())
+        .arg(choices::param_arg())
         .arg(
             Arg::new("horizon")
                 .long("horizon")
                 .value_name("LENGTH")
                 .help("The horizon, in m or with its unit [default: 1.5 mm]"),
         )
-        .arg(
-            Arg::new("influence")
-                .long("influence")
-                .value_name("FUNCTION")
-                .help("The influence function, as a scene names it [default: that of the law]"),
-        )
+        .arg(choices::influence_arg())
         .arg(json_flag())
         .after_help(
             "pass: as it should be. skip: what it is about does not exist in the law. warn: worth a look, or known to the\n\
@@ -48,26 +30,11 @@ pub fn command() -> Command {
 
 pub fn execute(matches: &ArgMatches) -> Outcome {
     let name = matches.get_one::<String>("law").map_or("", String::as_str);
-    let Text { text, path, .. } = emit::read(name)?;
-    let options = options(matches)?;
-    let checked = front::file_in(&text, &path, &mut files::read);
-    if checked.has_errors() {
-        let shown: Vec<String> = checked
-            .diagnostics
-            .iter()
-            .map(|d| d.render(&text, &path, color()))
-            .collect();
-        return Err(Failure::Input(shown.join("\n\n")));
-    }
-    if checked.laws.is_empty() {
-        return Err(input_error(
-            format!("`{path}` holds no law"),
-            "a law begins with `model`",
-        ));
-    }
+    let (laws, text) = choices::laws(name)?;
     let mut failed = 0;
     let mut pages = Vec::new();
-    for law in &checked.laws {
+    for law in &laws {
+        let options = options(matches, law)?;
         let verdicts = verify::verify(law, &text, &options).map_err(Failure::plain)?;
         failed += verdicts.iter().filter(|v| v.level == Level::Fail).count();
         match matches.get_flag("json") {
@@ -81,7 +48,7 @@ pub fn execute(matches: &ArgMatches) -> Outcome {
     match failed {
         0 => Ok(()),
         n => {
-            let laws: Vec<&str> = checked.laws.iter().map(|law| law.name.as_str()).collect();
+            let laws: Vec<&str> = laws.iter().map(|law| law.name.as_str()).collect();
             Err(Failure::plain(format!(
                 "{}: {n} findings fail",
                 laws.join(", ")
@@ -90,49 +57,25 @@ pub fn execute(matches: &ArgMatches) -> Outcome {
     }
 }
 
-fn options(matches: &ArgMatches) -> Result<Options, Failure> {
+fn options(matches: &ArgMatches, law: &Law) -> Result<Options, Failure> {
     let mut options = Options::default();
-    for given in matches.get_many::<String>("param").into_iter().flatten() {
-        let Some((name, value)) = given.split_once('=') else {
+    for chosen in choices::params(matches)? {
+        let values = chosen.of(law)?;
+        let [value] = values[..] else {
             return Err(input_error(
-                format!("`--param {given}` sets nothing"),
-                "give a name and a value: --param K=3e9",
+                format!("`{}` has {} values", chosen.name, values.len()),
+                "a law is verified at one value of each parameter",
             ));
         };
-        options.params.push((name.trim().into(), number(value)?));
+        options.params.push((chosen.name, value));
     }
     if let Some(text) = matches.get_one::<String>("horizon") {
-        options.horizon = number(text)?;
-        if !(1e-12..=1e9).contains(&options.horizon) {
-            return Err(input_error(
-                format!("the horizon is {text}"),
-                "it is a length above 0, between 1e-12 and 1e9 m",
-            ));
-        }
+        options.horizon = choices::length(text, "horizon")?;
     }
     if let Some(text) = matches.get_one::<String>("influence") {
-        let found = front::influence_call(text, &[]);
-        let shown = |found: Vec<pdlang::diag::Diagnostic>| {
-            let shown: Vec<String> = found
-                .iter()
-                .map(|d| d.render(text, "--influence", color()))
-                .collect();
-            Failure::Input(shown.join("\n\n"))
-        };
-        options.influence = Some(found.map_err(shown)?);
+        options.influence = Some(choices::influence(text)?);
     }
     Ok(options)
-}
-
-/// A number in SI units, with a unit or without.
-fn number(text: &str) -> Result<f64, Failure> {
-    match quantity::parse(text.trim()) {
-        Ok(quantity) => Ok(quantity.value),
-        Err(_) => Err(input_error(
-            format!("`{}` is no number", text.trim()),
-            "write it as 3e9, or with a unit: \"3 GPa\"",
-        )),
-    }
 }
 
 fn page(law: &str, verdicts: &[Verdict]) -> Value {

@@ -7,7 +7,7 @@ use pdlang_runtime::engine::{self, Breaking, Engine, Settings, State, Traversal}
 use std::collections::HashSet;
 
 use super::bodies;
-use super::subject::{REACH, Subject};
+use super::subject::Subject;
 use crate::language;
 
 /// A vector per node.
@@ -72,10 +72,10 @@ impl Case {
         let settings = Settings {
             materials,
             influences: influences?,
-            horizon: vec![body.spacing * REACH],
+            horizon: vec![body.spacing * subject.reach],
             horizon_levels: 64,
-            partial_volume: false,
-            lattice_constants: false,
+            partial_volume: subject.partial_volume,
+            lattice_constants: subject.lattice_constants,
             without: Vec::new(),
             traversal: Traversal::Auto,
             isa: None,

@@ -11,7 +11,7 @@ use pdlang_runtime::body::Body;
 
 use super::ask::{self, Case, Vectors, largest, relative};
 use super::place::Place;
-use super::subject::{FORCE_DENSITY, PRESSURE, REACH, Subject, TEMPERATURE, fits, has_unit};
+use super::subject::{FORCE_DENSITY, PRESSURE, Subject, TEMPERATURE, fits, has_unit};
 use super::{Level, Verdict, bodies};
 
 const STRAIN: f64 = 1e-2;
@@ -235,7 +235,7 @@ fn few(subject: &Subject, flavour: Flavour) -> (Body, oracle::Body) {
             volume: *v,
         })
         .collect();
-    let explicit = oracle::Body::within(nodes, subject.spacing() * REACH);
+    let explicit = oracle::Body::within(nodes, subject.horizon);
     (body, explicit)
 }
 

@@ -8,18 +8,19 @@
 
 use pdlang::ir::{Flavour, Law, Response};
 use pdlang::oracle::{Ball, Body, Oracle, Settings, Value};
+use std::cell::OnceCell;
 
 use super::ask;
 use super::continuum::{self, Point};
 use super::subject::{
-    CONDUCTIVITY, CROSS, EXPANSION, HEAT_SUPPLY, PRESSURE, REACH, Subject, TEMPERATURE, has_unit,
+    CONDUCTIVITY, CROSS, EXPANSION, HEAT_SUPPLY, PRESSURE, Subject, TEMPERATURE, has_unit,
 };
 use super::{Level, Verdict};
 
 /// Relative error of a constant of the continuum.
 pub const EXACT: f64 = 1e-6;
 /// What a lattice may be off before it is worth a warning.
-const LATTICE: f64 = 0.2;
+pub const LATTICE: f64 = 0.2;
 const RADIAL: usize = 24;
 const RADIAL_RINGS: usize = 14;
 
@@ -59,7 +60,9 @@ impl Quantity {
 pub struct Families {
     pub flavour: Flavour,
     one: Body,
-    rings: Option<Body>,
+    /// Of the families of neighbours, for laws that look far.
+    coarse: Option<Vec<Point>>,
+    rings: OnceCell<Body>,
 }
 
 impl Families {
@@ -69,8 +72,14 @@ impl Families {
         Families {
             flavour,
             one: continuum::single(points),
-            rings: looks_far.then(|| continuum::two_rings(coarse)),
+            coarse: looks_far.then(|| coarse.to_vec()),
+            rings: OnceCell::new(),
         }
+    }
+
+    fn rings(&self) -> Option<&Body> {
+        let coarse = self.coarse.as_ref()?;
+        Some(self.rings.get_or_init(|| continuum::two_rings(coarse)))
     }
 
     /// Of the continuum.
@@ -100,9 +109,10 @@ impl Families {
         Families::new(law, flavour, &points, &rings)
     }
 
-    fn lattice(law: &Law, flavour: Flavour, spacing: f64) -> Families {
-        let points = continuum::lattice(flavour.dim(), spacing, REACH, cross(flavour));
-        Families::new(law, flavour, &points, &points)
+    /// Of the lattice.
+    pub fn lattice(subject: &Subject, flavour: Flavour) -> Families {
+        let points = lattice_points(subject, flavour);
+        Families::new(subject.law, flavour, &points, &points)
     }
 }
 
@@ -112,6 +122,27 @@ pub fn cross(flavour: Flavour) -> f64 {
         1.0
     } else {
         CROSS
+    }
+}
+
+/// The family of a node of the subject's lattice.
+pub fn lattice_points(subject: &Subject, flavour: Flavour) -> Vec<Point> {
+    let (dim, spacing) = (flavour.dim(), subject.spacing());
+    let mut points = continuum::lattice(dim, spacing, subject.reach, cross(flavour));
+    if subject.partial_volume {
+        for (xi, weight) in &mut points {
+            let length = xi.iter().map(|c| c * c).sum::<f64>().sqrt();
+            *weight *= ((subject.horizon - length) / spacing + 0.5).min(1.0);
+        }
+    }
+    points
+}
+
+/// What the oracle is asked with on the subject's lattice.
+pub fn lattice_settings(subject: &Subject, flavour: Flavour) -> Settings {
+    match subject.lattice_constants {
+        true => subject.settings(flavour, Ball::Lattice(lattice_points(subject, flavour))),
+        false => settings(subject, flavour, &subject.params),
     }
 }
 
@@ -153,7 +184,7 @@ pub fn measure(
         .responses
         .iter()
         .any(|r| matches!(r, Response::Force(_)));
-    if let (true, Some(rings)) = (stated, &families.rings) {
+    if let (true, Some(rings)) = (stated, families.rings()) {
         return stated_modulus(what, law, rings, settings, dim);
     }
     let oracle = Oracle::new(law, &families.one, settings).map_err(text)?;
@@ -225,7 +256,7 @@ fn conductivity(
     settings: &Settings,
 ) -> Result<f64, String> {
     let text = |error: pdlang::oracle::Error| error.to_string();
-    let rings = families.rings.as_ref().ok_or("the law has no rate")?;
+    let rings = families.rings().ok_or("the law has no rate")?;
     let oracle = Oracle::new(law, rings, settings).map_err(text)?;
     let mut state = oracle.state();
     let id = pdlang::ir::FieldId(field as u32);
@@ -460,7 +491,7 @@ pub fn check(subject: &Subject, flavour: Flavour) -> Result<Vec<Verdict>, String
             }
         }));
     }
-    verdicts.extend(lattice(subject, flavour, &found, &settings)?);
+    verdicts.extend(lattice(subject, flavour, &found)?);
     Ok(verdicts)
 }
 
@@ -469,13 +500,13 @@ fn lattice(
     subject: &Subject,
     flavour: Flavour,
     found: &[(Quantity, f64, f64)],
-    settings: &Settings,
 ) -> Result<Vec<Verdict>, String> {
-    let families = Families::lattice(subject.law, flavour, subject.spacing());
+    let families = Families::lattice(subject, flavour);
+    let settings = lattice_settings(subject, flavour);
     let mut verdicts = Vec::new();
     let known = |(_, value, _): &&(Quantity, f64, f64)| value.is_finite() && *value != 0.0;
     for &(what, continuum, _) in found.iter().filter(known) {
-        let measured = measure(what, subject.law, &families, settings)?;
+        let measured = measure(what, subject.law, &families, &settings)?;
         let ratio = measured / continuum;
         let level = if (ratio - 1.0).abs() <= LATTICE {
             Level::Pass
@@ -491,9 +522,10 @@ fn lattice(
             Quantity::Conductivity(field) => subject.rate_place(field),
             _ => None,
         });
+        let reach = subject.reach;
         verdicts.push(verdict.of(what.name(flavour)).blames(place, |name| {
             format!(
-                "{} of a lattice with {REACH} spacings in a horizon is {ratio:.2} of that of the continuum, by {name}: `constants = \"lattice\"` or `partial_volume` in the scene's [family] may mend it",
+                "{} of a lattice with {reach} spacings in a horizon is {ratio:.2} of that of the continuum, by {name}: `constants = \"lattice\"` or `partial_volume` in the scene's [family] may mend it",
                 what.name(flavour)
             )
         }));

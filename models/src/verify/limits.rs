@@ -10,7 +10,7 @@ use pdlang_runtime::body::Body;
 
 use super::ask::{self, Case, largest};
 use super::place::Place;
-use super::subject::{REACH, Subject, TEMPERATURE};
+use super::subject::{Subject, TEMPERATURE};
 use super::{Level, Verdict, balance, bodies};
 
 const STRAIN: f64 = 1e-3;
@@ -136,7 +136,7 @@ fn infinite(subject: &Subject, flavour: Flavour, body: &Body, u: &[[f64; 3]]) ->
             volume: *v,
         })
         .collect();
-    let explicit = oracle::Body::within(nodes, subject.spacing() * REACH);
+    let explicit = oracle::Body::within(nodes, subject.horizon);
     let settings = subject.settings(flavour, Ball::Integral { cross: body.cross });
     let oracle = Oracle::new(subject.law, &explicit, &settings).ok()?;
     let mut state = oracle.state();

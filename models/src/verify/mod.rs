@@ -10,7 +10,7 @@
 pub mod ask;
 mod balance;
 pub mod bodies;
-mod constants;
+pub mod constants;
 pub mod continuum;
 mod derivatives;
 mod fracture;

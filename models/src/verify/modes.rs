@@ -1,6 +1,6 @@
 //! Waves on a lattice: modes without energy, speeds, frequencies and the stable step.
 //!
-//! On a periodic lattice of the bodies' horizon the tangent of waves with 0, 1/2 and 1 times the largest wave number along
+//! From the stencil of the law on a lattice of the bodies' horizon, waves with 0, 1/2 and 1 times the largest wave number along
 //! every axis, and with 1/4 along one: a wave without stiffness is one that the law does not see, one with a negative stiffness grows without end.
 //! A long wave runs at the speed of the lattice's own moduli. The largest frequency and the step are those of a free block.
 
@@ -8,18 +8,17 @@ use pdlang::ir::{ExprKind, Flavour};
 use pdlang_runtime::density::Density;
 use pdlang_runtime::engine::Breaking;
 use pdlang_runtime::spectrum;
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 
 use super::ask::{self, Case};
 use super::constants::{self, Quantity};
 use super::place::{self, Place};
 use super::subject::Subject;
 use super::{Level, Verdict, bodies};
+use crate::waves::Stencil;
 
-/// Nodes along a side of the periodic box: even, and longer than two horizons.
-const SIDE: u32 = 8;
 /// Nodes along a long wave.
-const LONG: u32 = 48;
+const LONG: f64 = 48.0;
 /// Stiffness over the largest one that is none.
 const NOTHING: f64 = 1e-6;
 /// The curve of a long wave lies below its tangent.
@@ -31,10 +30,11 @@ pub fn check(subject: &Subject, flavour: Flavour) -> Result<Vec<Verdict>, String
         let skip = |check| Verdict::skip(check, flavour, "the law has no force");
         return Ok(CHECKS.map(skip).to_vec());
     }
-    let waves = waves(subject, flavour)?;
+    let stencil = Stencil::of_motion(subject, flavour)?;
+    let waves = waves(&stencil);
     Ok(vec![
         modes(subject, flavour, &waves),
-        speeds(subject, flavour)?,
+        speeds(subject, flavour, &stencil),
         step(subject, flavour, &waves)?,
     ])
 }
@@ -45,85 +45,31 @@ struct Wave {
     stiffness: Vec<f64>,
 }
 
-fn waves(subject: &Subject, flavour: Flavour) -> Result<Vec<Wave>, String> {
-    let dim = flavour.dim();
-    let shape = std::array::from_fn(|a| if a < dim { SIDE } else { 1 });
-    let mut case = periodic(subject, flavour, shape)?;
-    let steps = |a: usize| if a < dim { 0..3 } else { 0..1 };
+/// On the lattice of the bodies' horizon.
+fn waves(stencil: &Stencil) -> Vec<Wave> {
+    let steps = |a: usize| if a < stencil.dim { 0..3 } else { 0..1 };
     // A longer wave, which every law with a modulus sees, is the scale where the law sees none of the others.
-    let longer = [0.25, 0.0, 0.0];
-    let mut waves = vec![Wave {
-        k: longer,
-        stiffness: eigenvalues(stiffness(&mut case, longer, dim), dim),
-    }];
+    let mut waves = vec![wave(stencil, [0.25, 0.0, 0.0])];
     for i in steps(0) {
         for j in steps(1) {
             for l in steps(2) {
                 let k = [i, j, l].map(|n| 0.5 * f64::from(n));
                 // What differs by a swap of axes is the same on a cubic lattice for most laws, but not for all.
                 if k != [0.0; 3] {
-                    let matrix = stiffness(&mut case, k, dim);
-                    waves.push(Wave {
-                        k,
-                        stiffness: eigenvalues(matrix, dim),
-                    });
+                    waves.push(wave(stencil, k));
                 }
             }
         }
     }
-    Ok(waves)
+    waves
 }
 
-fn periodic(subject: &Subject, flavour: Flavour, shape: [u32; 3]) -> Result<Case, String> {
-    let body = bodies::lattice(ask::runtime_flavour(flavour), shape, true);
-    let mut case = Case::new(subject, flavour, ask::sized(subject, body))?;
-    case.force();
-    Ok(case)
-}
-
-/// What displacements `cos(k.x)` along every axis are pulled back with, over their size, at the first node.
-fn stiffness(case: &mut Case, k: [f64; 3], dim: usize) -> [[f64; 3]; 3] {
-    let spacing = case.body.spacing;
-    let origin = case.body.x[0];
-    let phase = |x: &[f64; 3]| {
-        (0..3)
-            .map(|a| k[a] * PI * (x[a] - origin[a]) / spacing)
-            .sum::<f64>()
-    };
-    let mut matrix = [[0.0; 3]; 3];
-    for b in 0..dim {
-        let one = |x: &[f64; 3]| std::array::from_fn(|a| if a == b { phase(x).cos() } else { 0.0 });
-        let du: Vec<[f64; 3]> = case.body.x.iter().map(one).collect();
-        let tangent = case.tangent(&du);
-        for (row, t) in matrix.iter_mut().zip(tangent[0]) {
-            row[b] = -t;
-        }
+fn wave(stencil: &Stencil, k: [f64; 3]) -> Wave {
+    let matrix = stencil.matrix(k.map(|c| c * PI / stencil.spacing));
+    Wave {
+        k,
+        stiffness: matrix.pairs().iter().map(|p| p.value).collect(),
     }
-    matrix
-}
-
-/// Eigenvalues of the symmetric part, ascending, by Jacobi's rotations.
-fn eigenvalues(matrix: [[f64; 3]; 3], dim: usize) -> Vec<f64> {
-    let mut m: [[f64; 3]; 3] =
-        std::array::from_fn(|i| std::array::from_fn(|j| 0.5 * (matrix[i][j] + matrix[j][i])));
-    for _ in 0..20 {
-        for (p, q) in [(0, 1), (0, 2), (1, 2)] {
-            if m[p][q] == 0.0 {
-                continue;
-            }
-            let angle = 0.5 * (2.0 * m[p][q]).atan2(m[q][q] - m[p][p]);
-            let (sin, cos) = angle.sin_cos();
-            for row in &mut m {
-                (row[p], row[q]) = (cos * row[p] - sin * row[q], sin * row[p] + cos * row[q]);
-            }
-            for j in 0..3 {
-                (m[p][j], m[q][j]) = (cos * m[p][j] - sin * m[q][j], sin * m[p][j] + cos * m[q][j]);
-            }
-        }
-    }
-    let mut values: Vec<f64> = (0..dim).map(|a| m[a][a]).collect();
-    values.sort_by(f64::total_cmp);
-    values
 }
 
 fn top(waves: &[Wave]) -> f64 {
@@ -172,25 +118,14 @@ fn blind(subject: &Subject) -> Option<Place> {
 
 /// Speeds of a long wave along an axis, which one of twice the length must share. What is expected is that of the declared
 /// constants: a lattice has its own.
-fn speeds(subject: &Subject, flavour: Flavour) -> Result<Verdict, String> {
-    let dim = flavour.dim();
-    let along = |length: u32| -> Result<Vec<f64>, String> {
-        let shape = std::array::from_fn(|a| match a {
-            0 => length,
-            a if a < dim => SIDE,
-            _ => 1,
-        });
-        let mut case = periodic(subject, flavour, shape)?;
-        let k = 2.0 / f64::from(length);
-        let matrix = stiffness(&mut case, [k, 0.0, 0.0], dim);
-        let wave = PI * k / subject.spacing();
-        let values = eigenvalues(matrix, dim);
-        Ok(values
-            .iter()
-            .map(|v| (v / subject.density).abs().sqrt() * v.signum() / wave)
-            .collect())
+fn speeds(subject: &Subject, flavour: Flavour, stencil: &Stencil) -> Verdict {
+    let along = |length: f64| -> Vec<f64> {
+        let wave = wave(stencil, [2.0 / length, 0.0, 0.0]);
+        let number = TAU / (length * stencil.spacing);
+        let speed = |v: &f64| (v / subject.density).abs().sqrt() * v.signum() / number;
+        wave.stiffness.iter().map(speed).collect()
     };
-    let (short, long) = (along(LONG)?, along(2 * LONG)?);
+    let (short, long) = (along(LONG), along(2.0 * LONG));
     let fastest = long.last().copied().unwrap_or_default();
     // What has no stiffness at all is the business of `zero_energy`.
     let pairs = short
@@ -218,9 +153,9 @@ fn speeds(subject: &Subject, flavour: Flavour) -> Result<Verdict, String> {
         list(&long),
         subject.density
     );
-    Ok(verdict.says(says).blames(subject.force_place(), |name| {
+    verdict.says(says).blames(subject.force_place(), |name| {
         format!("long waves have no speed of their own: {} m/s, and {} at half of the length, by {name}", list(&long), list(&short))
-    }))
+    })
 }
 
 /// The speed of longitudinal waves of the constants that the law declares.

@@ -15,7 +15,7 @@ use super::bodies::DX;
 use super::repair::{self, Cure};
 use crate::language;
 
-/// Spacings in a horizon, on all bodies.
+/// Spacings in a horizon, on all bodies, unless the caller chooses.
 pub const REACH: f64 = 3.0;
 /// Thickness of plates [m], cross-section of bars [m^2] of the quadratures.
 pub const CROSS: f64 = 1.25e-3;
@@ -29,8 +29,13 @@ pub struct Options {
     pub influence: Option<(InfluenceFn, Vec<f64>)>,
     /// Horizon [m].
     pub horizon: f64,
+    /// Spacings in it.
+    pub reach: f64,
     /// Mass density [kg/m^3], where the law has no parameter for it.
     pub density: f64,
+    /// As the keys of a scene: constants of a full family by its sum; bonds that the horizon cuts count in part.
+    pub lattice_constants: bool,
+    pub partial_volume: bool,
 }
 
 impl Default for Options {
@@ -39,7 +44,10 @@ impl Default for Options {
             params: Vec::new(),
             influence: None,
             horizon: REACH * DX,
+            reach: REACH,
             density: 2200.0,
+            lattice_constants: false,
+            partial_volume: false,
         }
     }
 }
@@ -54,7 +62,11 @@ pub struct Subject<'a> {
     pub influences: Vec<(InfluenceFn, Vec<f64>)>,
     /// [m]
     pub horizon: f64,
+    /// Spacings in it.
+    pub reach: f64,
     pub density: f64,
+    pub lattice_constants: bool,
+    pub partial_volume: bool,
     /// What may mend wrong constants; asked once.
     cures: OnceCell<Vec<(Flavour, Cure)>>,
     /// Of one, two and three dimensions.
@@ -65,7 +77,7 @@ impl<'a> Subject<'a> {
     /// # Errors
     /// When a parameter that is chosen does not exist, or is outside of its bounds.
     pub fn new(law: &'a Law, text: &'a str, options: &Options) -> Result<Subject<'a>, String> {
-        let spacing = options.horizon / REACH;
+        let spacing = options.horizon / options.reach;
         for (name, value) in &options.params {
             let Some(param) = law.params.iter().find(|p| p.name == *name) else {
                 let names: Vec<&str> = law.params.iter().map(|p| p.name.as_str()).collect();
@@ -116,7 +128,10 @@ impl<'a> Subject<'a> {
             text,
             influences: law.influences.iter().map(influence).collect(),
             horizon: options.horizon,
+            reach: options.reach,
             density: density.unwrap_or(options.density),
+            lattice_constants: options.lattice_constants,
+            partial_volume: options.partial_volume,
             params,
             cures: OnceCell::new(),
             compiled,
@@ -130,7 +145,7 @@ impl<'a> Subject<'a> {
 
     /// The spacing of lattices [m].
     pub fn spacing(&self) -> f64 {
-        self.horizon / REACH
+        self.horizon / self.reach
     }
 
     /// The law as the engine takes it.

@@ -5,6 +5,7 @@ mod bench;
 mod laws;
 mod plans;
 mod runs;
+mod waves;
 mod words;
 
 use std::path::{Path, PathBuf};

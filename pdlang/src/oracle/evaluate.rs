@@ -23,6 +23,18 @@ pub(super) enum Place {
     Reference([f64; 3]),
 }
 
+/// How an unbounded body moves of which one node stands for all.
+pub(super) struct Wave<'o, T> {
+    /// Relative displacement per bond.
+    pub eta: Vec<[T; 3]>,
+    /// What a scalar field gains.
+    pub field: Option<(FieldId, T)>,
+    /// Whether the bonds stand for the infinitely many of a continuum, where they are counted.
+    pub dense: bool,
+    /// What a number of the node is at the other end of a bond.
+    pub there: &'o dyn Fn(usize, T) -> T,
+}
+
 /// One pass over one state. Sums and node definitions are remembered per node.
 pub(super) struct Evaluator<'o, 'a, T> {
     oracle: &'o Oracle<'a>,
@@ -32,6 +44,8 @@ pub(super) struct Evaluator<'o, 'a, T> {
     gradient: Option<[[T; 3]; 3]>,
     /// Bond and component whose relative displacement alone carries a derivative.
     stretched: Option<(usize, usize, T)>,
+    /// A wave that one node stands for, on top.
+    wave: Option<Wave<'o, T>>,
     /// Per expression, filled when first asked for: per node, and at the end for constants.
     known: RefCell<Vec<Vec<Option<Value<T>>>>>,
 }
@@ -53,6 +67,7 @@ impl<'o, 'a, T: Real> Evaluator<'o, 'a, T> {
             u,
             gradient: None,
             stretched: None,
+            wave: None,
             known: RefCell::new(vec![Vec::new(); oracle.law.exprs.len()]),
         })
     }
@@ -61,6 +76,20 @@ impl<'o, 'a, T: Real> Evaluator<'o, 'a, T> {
     pub(super) fn strained(mut self, gradient: [[T; 3]; 3]) -> Self {
         self.gradient = Some(gradient);
         self
+    }
+
+    /// Lets a wave pass as well, over a body of one node whose bonds lead to itself.
+    pub(super) fn waved(mut self, wave: Wave<'o, T>) -> Self {
+        self.wave = Some(wave);
+        self
+    }
+
+    /// A number of the node that stands for all as the other end of bond `b` has it.
+    pub(super) fn there(&self, b: usize, value: T) -> T {
+        match &self.wave {
+            Some(wave) => (wave.there)(b, value),
+            None => value,
+        }
     }
 
     /// Whether bond `b` belongs to the family and is intact.
@@ -87,7 +116,12 @@ impl<'o, 'a, T: Real> Evaluator<'o, 'a, T> {
             ExprKind::Def(def) => self.definition(def.index(), place),
             ExprKind::Field(f) => {
                 let node = self.node(place)?;
-                let value = self.state.fields[f.index()][node].lift();
+                let mut value = self.state.fields[f.index()][node].lift();
+                if let Some((field, gain)) = self.wave.as_ref().and_then(|wave| wave.field)
+                    && field == *f
+                {
+                    value = value.add(Value::Scalar(gain))?;
+                }
                 Ok(match self.lives(*f, node)? {
                     true => value,
                     false => value.map(|_| T::constant(0.0)),
@@ -215,6 +249,9 @@ impl<'o, 'a, T: Real> Evaluator<'o, 'a, T> {
                 *eta = *eta + row[0] * xi[0] + row[1] * xi[1] + row[2] * xi[2];
             }
         }
+        if let Some(wave) = &self.wave {
+            eta = std::array::from_fn(|a| eta[a] + wave.eta[b][a]);
+        }
         if let Some((only, a, unit)) = self.stretched
             && only == b
         {
@@ -236,6 +273,8 @@ impl<'o, 'a, T: Real> Evaluator<'o, 'a, T> {
             Reduction::Sum0 => self.oracle.member[family.index()][*b],
             _ => self.intact(family, *b),
         };
+        let dense = self.wave.as_ref().is_some_and(|wave| wave.dense);
+        let one = T::constant(if dense { f64::INFINITY } else { 1.0 });
         let mut sum = empty(self.oracle.law, id);
         let mut volume = 0.0;
         for (k, &b) in self.oracle.bonds_of[node]
@@ -250,7 +289,7 @@ impl<'o, 'a, T: Real> Evaluator<'o, 'a, T> {
                 Reduction::Sum | Reduction::Sum0 | Reduction::Mean => {
                     sum.add(value.scaled(T::constant(weight)))?
                 }
-                Reduction::Count if value.boolean()? => sum.add(Value::Scalar(T::constant(1.0)))?,
+                Reduction::Count if value.boolean()? => sum.add(Value::Scalar(one))?,
                 Reduction::Count => sum,
                 Reduction::Min if k > 0 => Value::Scalar(sum.scalar()?.min(value.scalar()?)),
                 Reduction::Max if k > 0 => Value::Scalar(sum.scalar()?.max(value.scalar()?)),
@@ -272,10 +311,11 @@ impl<'o, 'a, T: Real> Evaluator<'o, 'a, T> {
 
     fn other_end(&self, a: ExprId, place: Place) -> Result<Value<T>, Error> {
         let b = self.bond(place)?;
-        match self.oracle.law.exprs[a.index()].home {
+        let value = match self.oracle.law.exprs[a.index()].home {
             Home::Bond => self.at(a, Place::Bond(self.oracle.reverse_of(b)?)),
             _ => self.at(a, Place::Node(self.oracle.body.bonds[b].to)),
-        }
+        };
+        Ok(value?.map(|x| self.there(b, x)))
     }
 
     fn binary(&self, op: BinaryOp, a: ExprId, b: ExprId, place: Place) -> Result<Value<T>, Error> {

@@ -259,10 +259,8 @@ impl Oracle<'_> {
                 }
                 Response::State(family, expr) if evaluator.intact(*family, b) => {
                     add(self.force_state(evaluator, *expr, b)?, 1.0);
-                    add(
-                        self.force_state(evaluator, *expr, self.reverse_of(b)?)?,
-                        -1.0,
-                    );
+                    let back = self.force_state(evaluator, *expr, self.reverse_of(b)?)?;
+                    add(back.map(|t| evaluator.there(b, t)), -1.0);
                 }
                 _ => {}
             }

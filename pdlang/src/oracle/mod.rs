@@ -18,9 +18,10 @@ mod number;
 mod quadrature;
 mod uniform;
 mod value;
+mod waves;
 
 pub use body::{Body, Bond, Node, State};
-pub use number::{Dual, Real};
+pub use number::{Complex, Dual, Real};
 pub use quadrature::integrate;
 pub use value::Value;
 

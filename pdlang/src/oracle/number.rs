@@ -2,7 +2,7 @@
 //!
 //! `Dual<f64>` holds a value and its derivative along one direction; `Dual<Dual<f64>>` holds two
 //! directions and the mixed second derivative. The oracle is generic over them, so that forces and
-//! tangents come from the energy by arithmetic alone.
+//! tangents come from the energy by arithmetic alone. Slopes may be complex, amplitudes of a wave.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -74,6 +74,120 @@ impl Real for f64 {
     }
     fn pow(self, exponent: f64) -> f64 {
         self.powf(exponent)
+    }
+}
+
+/// A complex number, for slopes along a wave `exp(i k.x)`. What is not a slope is real, and functions are asked of
+/// the real part alone.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Complex {
+    pub re: f64,
+    pub im: f64,
+}
+
+impl Complex {
+    /// `exp(i phase)`.
+    pub fn of_phase(phase: f64) -> Complex {
+        let (im, re) = phase.sin_cos();
+        Complex { re, im }
+    }
+
+    #[must_use]
+    pub fn conjugate(self) -> Complex {
+        Complex {
+            re: self.re,
+            im: -self.im,
+        }
+    }
+
+    fn real(re: f64) -> Complex {
+        Complex { re, im: 0.0 }
+    }
+}
+
+impl Add for Complex {
+    type Output = Self;
+    fn add(self, b: Self) -> Self {
+        Complex {
+            re: self.re + b.re,
+            im: self.im + b.im,
+        }
+    }
+}
+
+impl Sub for Complex {
+    type Output = Self;
+    fn sub(self, b: Self) -> Self {
+        self + -b
+    }
+}
+
+impl Mul for Complex {
+    type Output = Self;
+    fn mul(self, b: Self) -> Self {
+        Complex {
+            re: self.re * b.re - self.im * b.im,
+            im: self.re * b.im + self.im * b.re,
+        }
+    }
+}
+
+impl Div for Complex {
+    type Output = Self;
+    fn div(self, b: Self) -> Self {
+        // Also by infinity.
+        if b.im == 0.0 {
+            return Complex {
+                re: self.re / b.re,
+                im: self.im / b.re,
+            };
+        }
+        let size = b.re * b.re + b.im * b.im;
+        let product = self * b.conjugate();
+        Complex {
+            re: product.re / size,
+            im: product.im / size,
+        }
+    }
+}
+
+impl Neg for Complex {
+    type Output = Self;
+    fn neg(self) -> Self {
+        Complex {
+            re: -self.re,
+            im: -self.im,
+        }
+    }
+}
+
+impl Real for Complex {
+    fn constant(value: f64) -> Self {
+        Complex::real(value)
+    }
+    fn value(self) -> f64 {
+        self.re
+    }
+    fn is_constant(self) -> bool {
+        self.im == 0.0
+    }
+    fn sqrt(self) -> Self {
+        Complex::real(self.re.sqrt())
+    }
+    fn exp(self) -> Self {
+        Complex::real(self.re.exp())
+    }
+    fn ln(self) -> Self {
+        Complex::real(self.re.ln())
+    }
+    fn sin(self) -> Self {
+        Complex::real(self.re.sin())
+    }
+    fn cos(self) -> Self {
+        Complex::real(self.re.cos())
+    }
+    fn pow(self, exponent: Self) -> Self {
+        Complex::real(self.re.powf(exponent.re))
     }
 }
 

@@ -4,7 +4,7 @@
 //! bond is the node's own, and a bond seen from there is the opposite one. The weights of the bonds are those of a
 //! quadrature over the horizon, or of a lattice. Slopes and curvatures are exact, by dual numbers.
 
-use super::evaluate::Place;
+use super::evaluate::{Evaluator, Place};
 use super::number::{Dual, Real};
 use super::{Error, Oracle, State, Value};
 use crate::ir::{FieldId, Response};
@@ -155,7 +155,15 @@ impl Oracle<'_> {
         field: FieldId,
         node: usize,
     ) -> Result<Option<Value<f64>>, Error> {
-        let evaluator = self.evaluator(state)?;
+        self.rate_of(&self.evaluator(state)?, field, node)
+    }
+
+    pub(super) fn rate_of<T: Real>(
+        &self,
+        evaluator: &Evaluator<T>,
+        field: FieldId,
+        node: usize,
+    ) -> Result<Option<Value<T>>, Error> {
         for response in &self.law.responses {
             if let Response::Rate(id, expr) = response
                 && *id == field

@@ -29,7 +29,7 @@ impl Canvas {
     }
 
     /// Covers a share of a pixel; outside the canvas nothing happens.
-    fn blend(&mut self, x: i64, y: i64, color: Rgb, share: f64) {
+    pub fn blend(&mut self, x: i64, y: i64, color: Rgb, share: f64) {
         if x >= 0 && y >= 0 && x < self.width && y < self.height {
             let pixel = &mut self.pixels[(y * self.width + x) as usize];
             *pixel = mix(*pixel, color, share.clamp(0.0, 1.0));
@@ -74,6 +74,17 @@ impl Canvas {
                 self.blend(x, y, color, 0.5 * width + 0.5 - r);
             }
         }
+    }
+
+    /// Width of a text.
+    pub fn measure(size: f64, text: &str) -> f64 {
+        let advance = |font: FontRef| {
+            let scaled = font.as_scaled(PxScale::from(size as f32));
+            let ids: Vec<_> = text.chars().map(|c| scaled.glyph_id(c)).collect();
+            let kerns = ids.windows(2).map(|w| scaled.kern(w[0], w[1]));
+            kerns.sum::<f32>() + ids.iter().map(|id| scaled.h_advance(*id)).sum::<f32>()
+        };
+        font().map_or(0.0, |font| f64::from(advance(font)))
     }
 
     /// Text that begins at `x`, with its baseline at `y`; returns its width.
@@ -136,6 +147,7 @@ mod tests {
         let mut c = Canvas::new(120, 30);
         let width = c.text(20.0, 20.0, 16.0, BLACK, "t = 1.5 µs");
         assert!(width > 50.0 && width < 98.0, "{width}");
+        assert!((Canvas::measure(16.0, "t = 1.5 µs") - width).abs() < 1e-3);
         let ink = (0..120)
             .filter(|&x| (0..30).any(|y| c.pixel(x, y) != WHITE))
             .count();

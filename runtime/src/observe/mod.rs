@@ -15,6 +15,8 @@ mod quantity;
 mod row;
 mod summary;
 mod vtu;
+pub use color::Rgb;
+pub use draw::Canvas;
 pub use files::Files;
 pub use inventory::{Item, inventory, left_out};
 pub(crate) use quantity::split;
