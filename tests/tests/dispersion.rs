@@ -633,7 +633,7 @@ fn taylor_coefficients_are_sums_over_the_lattice() {
         (
             pmb(1.0),
             [
-                1.414213562373,
+                std::f64::consts::SQRT_2,
                 0.058925565099,
                 0.000736569564,
                 0.000004384343,

@@ -7,21 +7,30 @@ use plotters_backend::{
 };
 use std::convert::Infallible;
 
-/// A canvas of two pixels for each of the picture's, so that lines and letters are fine.
+use super::plot::FINE;
+
+/// A canvas of two pixels for each of the picture's, so that lines and letters are fine. The picture's places are finer
+/// still.
 pub struct Pixels<'a>(pub &'a mut Canvas);
 
-const FINE: f64 = 2.0;
+/// Pixels of the canvas for a step of the picture's places.
+const STEP: f64 = 2.0 / FINE as f64;
 
 /// A canvas for a picture of this size.
 pub fn canvas((width, height): (u32, u32)) -> Canvas {
-    Canvas::new(2 * i64::from(width), 2 * i64::from(height))
+    Canvas::new(whole(width as i32), whole(height as i32))
 }
 
 type Drawn = Result<(), DrawingErrorKind<Infallible>>;
 
-/// The centre of a pixel.
+/// A place of the picture on the canvas.
 fn place(p: BackendCoord) -> (f64, f64) {
-    (FINE * (f64::from(p.0) + 0.5), FINE * (f64::from(p.1) + 0.5))
+    (STEP * f64::from(p.0), STEP * f64::from(p.1))
+}
+
+/// The nearest pixel.
+fn whole(c: i32) -> i64 {
+    (STEP * f64::from(c)).round() as i64
 }
 
 /// On white, which all of a picture stands on.
@@ -35,7 +44,9 @@ impl DrawingBackend for Pixels<'_> {
     type ErrorType = Infallible;
 
     fn get_size(&self) -> (u32, u32) {
-        ((self.0.width / 2) as u32, (self.0.height / 2) as u32)
+        [self.0.width, self.0.height]
+            .map(|n| (n as f64 / STEP) as u32)
+            .into()
     }
 
     fn ensure_prepared(&mut self) -> Drawn {
@@ -47,13 +58,13 @@ impl DrawingBackend for Pixels<'_> {
     }
 
     fn draw_pixel(&mut self, p: BackendCoord, color: BackendColor) -> Drawn {
-        let (x, y) = (2 * i64::from(p.0), 2 * i64::from(p.1));
-        self.0.rectangle(x, y, x + 2, y + 2, mixed(color));
+        let (x, y) = place(p);
+        self.0.blend(x as i64, y as i64, mixed(color), STEP * STEP);
         Ok(())
     }
 
     fn draw_line<S: BackendStyle>(&mut self, a: BackendCoord, b: BackendCoord, s: &S) -> Drawn {
-        let width = FINE * f64::from(s.stroke_width());
+        let width = STEP * f64::from(s.stroke_width());
         self.0.line(place(a), place(b), width, mixed(s.color()));
         Ok(())
     }
@@ -77,7 +88,7 @@ impl DrawingBackend for Pixels<'_> {
         style: &S,
         fill: bool,
     ) -> Drawn {
-        let [x0, y0, x1, y1] = [from.0, from.1, to.0 + 1, to.1 + 1].map(|c| 2 * i64::from(c));
+        let [x0, y0, x1, y1] = [from.0, from.1, to.0 + 1, to.1 + 1].map(whole);
         let color = mixed(style.color());
         match fill {
             // What covers in part is the ground of a legend: white.
@@ -94,7 +105,7 @@ impl DrawingBackend for Pixels<'_> {
         style: &S,
         fill: bool,
     ) -> Drawn {
-        let ((x, y), r) = (place(center), FINE * f64::from(radius));
+        let ((x, y), r) = (place(center), STEP * f64::from(radius));
         let color = mixed(style.color());
         if fill {
             self.0.disc(x, y, r, color);
@@ -104,15 +115,15 @@ impl DrawingBackend for Pixels<'_> {
             let (sin, cos) = (f64::from(k) * std::f64::consts::TAU / 24.0).sin_cos();
             (x + r * cos, y + r * sin)
         };
-        let width = FINE * f64::from(style.stroke_width());
+        let width = STEP * f64::from(style.stroke_width());
         (0..24).for_each(|k| self.0.line(at(k), at(k + 1), width, color));
         Ok(())
     }
 
     fn draw_text<T: BackendTextStyle>(&mut self, text: &str, style: &T, p: BackendCoord) -> Drawn {
-        let size = FINE * style.size();
+        let size = STEP * style.size();
         let width = Canvas::measure(size, text);
-        let (x, y) = (FINE * f64::from(p.0), FINE * f64::from(p.1));
+        let (x, y) = (STEP * f64::from(p.0), STEP * f64::from(p.1));
         let left = match style.anchor().h_pos {
             HPos::Left => x,
             HPos::Center => x - 0.5 * width,

@@ -14,6 +14,28 @@ use super::{Moving, Study, frequency};
 /// Pixels of a panel.
 const WIDTH: u32 = 520;
 const HEIGHT: u32 = 400;
+/// Parts of a pixel that places are rounded to.
+pub const FINE: u32 = 4;
+/// Height of letters and of a line of the legend, pixels.
+const LETTERS: u32 = 12;
+const LINE: u32 = 17;
+/// Colours that are told apart on white.
+const COLORS: [RGBColor; 10] = [
+    RGBColor(31, 119, 180),
+    RGBColor(214, 39, 40),
+    RGBColor(44, 160, 44),
+    RGBColor(148, 103, 189),
+    RGBColor(255, 127, 14),
+    RGBColor(140, 86, 75),
+    RGBColor(227, 119, 194),
+    RGBColor(23, 190, 207),
+    RGBColor(127, 127, 127),
+    RGBColor(188, 189, 34),
+];
+
+fn shade(k: usize) -> RGBAColor {
+    COLORS[k % COLORS.len()].to_rgba()
+}
 
 /// What can be drawn of a study.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -83,6 +105,11 @@ pub fn draw(
                 panels(&root, series, curves)?;
                 root.present()?;
             }
+            // Shown in whole pixels, with places finer than that.
+            let (width, height) = size;
+            let fine = format!("width=\"{width}\" height=\"{height}\"");
+            let shown = format!("width=\"{}\" height=\"{}\"", width / FINE, height / FINE);
+            let text = text.replacen(&fine, &shown, 1);
             std::fs::write(path, text)?;
         }
         Format::Png => {
@@ -108,7 +135,7 @@ fn names(series: &[Series]) -> Vec<&str> {
 }
 
 fn size(series: &[Series]) -> (u32, u32) {
-    (WIDTH * names(series).len() as u32, HEIGHT)
+    (FINE * WIDTH * names(series).len() as u32, FINE * HEIGHT)
 }
 
 fn panels<B: DrawingBackend>(
@@ -136,12 +163,30 @@ struct Line {
     stroke: Stroke,
 }
 
+impl Line {
+    fn style(&self) -> ShapeStyle {
+        let width = if self.stroke == Stroke::Thin { 1 } else { 2 };
+        self.color.stroke_width(FINE * width)
+    }
+}
+
 #[derive(Clone, Copy, PartialEq)]
 enum Stroke {
     Solid,
     Dashed,
     Dotted,
     Thin,
+}
+
+impl Stroke {
+    /// Length of its dashes in pixels.
+    fn dash(self) -> u32 {
+        match self {
+            Stroke::Solid | Stroke::Thin => u32::from(u8::MAX),
+            Stroke::Dashed => 7,
+            Stroke::Dotted => 2,
+        }
+    }
 }
 
 fn panel<B: DrawingBackend>(
@@ -156,7 +201,7 @@ where
     let mut lines: Vec<Line> = Vec::new();
     let mut rings: Vec<((f64, f64), RGBAColor)> = Vec::new();
     for (k, s) in series.iter().enumerate() {
-        let color = Palette99::pick(k).to_rgba();
+        let color = shade(k);
         lines.extend(lines_of(s, color, series.len() == 1, curves));
         let at =
             |z: &super::ZeroMode| z.k.iter().map(|c| c * c).sum::<f64>().sqrt() * s.study.spacing;
@@ -165,17 +210,14 @@ where
         }
     }
     // Local lines leave at the top.
-    let inside = lines
-        .iter()
-        .filter(|l| l.stroke != Stroke::Thin)
-        .flat_map(|l| &l.points);
-    let top = inside.fold(0.0_f64, |m, p| m.max(p.1));
-    let top = if top > 0.0 { 1.12 * top } else { 1.0 };
-    let right = lines
-        .iter()
+    let local = lines.iter().all(|l| l.stroke == Stroke::Thin);
+    let inside = (lines.iter()).filter(|l| local || l.stroke != Stroke::Thin);
+    let highest = inside
         .flat_map(|l| &l.points)
-        .fold(0.0_f64, |m, p| m.max(p.0));
-    // By that of the first series: `1e6 rad/s` for frequencies of 3e6.
+        .fold(0.0_f64, |m, p| m.max(p.1));
+    let top = if highest > 0.0 { 1.06 * highest } else { 1.0 };
+    let right = (lines.iter().flat_map(|l| &l.points)).fold(0.0_f64, |m, p| m.max(p.0));
+    // In thousands, millions, ..: `1e6 rad/s` for frequencies of 3e6.
     let power = 3 * ((top.log10() / 3.0).floor() as i32);
     let power = if (-3..3).contains(&power) { 0 } else { power };
     let unit = match (series.first().map(|s| s.study.moving), power) {
@@ -185,69 +227,88 @@ where
         (_, p) => format!("Omega [1e{p} rad/s]"),
     };
     let scale = 10.0_f64.powi(power);
-    let heading = if name.is_empty() {
-        unit
-    } else {
-        format!("{unit}, {name}")
+    let heading = match name {
+        "" => unit,
+        name => format!("{unit}, {name}"),
     };
-    area.draw(&Text::new(heading, (14, 8), ("sans-serif", 14)))?;
+    let letters = |size: u32| ("sans-serif", FINE * size).into_font();
+    area.draw(&Text::new(heading, fine(14, 6), letters(LETTERS + 2)))?;
+    let rows = legend(area, &lines)?;
     let mut chart = ChartBuilder::on(area)
-        .margin_top(30)
-        .margin_right(18)
-        .margin_bottom(6)
-        .margin_left(4)
-        .x_label_area_size(38)
-        .y_label_area_size(48)
+        .margin_top(FINE * (30 + LINE * rows))
+        .margin_right(FINE * 18)
+        .margin_bottom(FINE * 6)
+        .margin_left(FINE * 4)
+        .x_label_area_size(FINE * 38)
+        .y_label_area_size(FINE * 44)
         .build_cartesian_2d(0.0..right, 0.0..top / scale)?;
     chart
         .configure_mesh()
         .x_desc("k dx")
+        .label_style(letters(LETTERS))
+        .axis_style(BLACK.stroke_width(FINE))
+        .set_all_tick_mark_size(FINE * 4)
         .max_light_lines(0)
-        .bold_line_style(RGBAColor(0, 0, 0, 0.08))
+        .bold_line_style(RGBAColor(0, 0, 0, 0.08).stroke_width(FINE))
         .x_label_formatter(&|v| short(*v))
         .y_label_formatter(&|v| short(*v))
         .draw()?;
     for line in &lines {
         let shown = clipped(&line.points, top);
         let points = shown.iter().map(|(x, y)| (*x, y / scale));
-        let style = line
-            .color
-            .stroke_width(if line.stroke == Stroke::Thin { 1 } else { 2 });
-        let drawn = match line.stroke {
+        let (style, dash) = (line.style(), FINE * line.stroke.dash());
+        match line.stroke {
             Stroke::Solid | Stroke::Thin => chart.draw_series(LineSeries::new(points, style))?,
-            Stroke::Dashed => chart.draw_series(DashedLineSeries::new(points, 7, 4, style))?,
-            Stroke::Dotted => chart.draw_series(DashedLineSeries::new(points, 2, 4, style))?,
+            _ => chart.draw_series(DashedLineSeries::new(points, dash, FINE * 4, style))?,
         };
-        if let Some(label) = &line.label {
-            let (stroke, color) = (line.stroke, line.color);
-            let length = match stroke {
-                Stroke::Solid | Stroke::Thin => 20,
-                Stroke::Dashed => 7,
-                Stroke::Dotted => 3,
-            };
-            drawn.label(label).legend(move |(x, y)| {
-                let dash = |from: i32| {
-                    let to = (from + length).min(20);
-                    PathElement::new([(x + from, y), (x + to, y)], color.stroke_width(2))
-                };
-                // A sample of at most two dashes.
-                let second = if length < 20 { length + 5 } else { 0 };
-                EmptyElement::at((0, 0)) + dash(0) + dash(second)
-            });
-        }
     }
-    chart.draw_series(
-        rings
-            .iter()
-            .map(|(at, color)| Circle::new(*at, 5, color.stroke_width(2))),
-    )?;
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::UpperLeft)
-        .background_style(WHITE.mix(0.85))
-        .label_font(("sans-serif", 12))
-        .draw()?;
+    let ring = |(at, color): &((f64, f64), RGBAColor)| {
+        Circle::new(*at, FINE * 5, color.stroke_width(FINE * 2))
+    };
+    chart.draw_series(rings.iter().map(ring))?;
     Ok(())
+}
+
+/// A place in pixels of the picture.
+fn fine(x: u32, y: u32) -> (i32, i32) {
+    ((FINE * x) as i32, (FINE * y) as i32)
+}
+
+/// What the lines of a panel are, below its heading; how many rows that takes.
+fn legend<B: DrawingBackend>(
+    area: &DrawingArea<B, Shift>,
+    lines: &[Line],
+) -> Result<u32, Box<dyn Error>>
+where
+    B::ErrorType: 'static,
+{
+    const SAMPLE: u32 = 24;
+    let (mut x, mut row) = (14, 0);
+    for line in lines {
+        let Some(label) = &line.label else {
+            continue;
+        };
+        // Letters are about 0.6 of their height.
+        let width = SAMPLE + 22 + label.chars().count() as u32 * LETTERS * 3 / 5;
+        if x > 14 && x + width > WIDTH {
+            (x, row) = (14, row + 1);
+        }
+        let y = 28 + LINE * row;
+        let mut from = 0;
+        while from < SAMPLE {
+            let to = (from + line.stroke.dash()).min(SAMPLE);
+            let ends = vec![
+                fine(x + from, y + LETTERS / 2),
+                fine(x + to, y + LETTERS / 2),
+            ];
+            area.draw(&PathElement::new(ends, line.style()))?;
+            from = to + 4;
+        }
+        let font = ("sans-serif", FINE * LETTERS).into_font();
+        area.draw(&Text::new(label.clone(), fine(x + SAMPLE + 6, y), font))?;
+        x += width;
+    }
+    Ok(if x > 14 { row + 1 } else { 0 })
 }
 
 /// The curves of a study. Of one alone branches have colours of their own.
@@ -274,11 +335,7 @@ fn lines_of(series: &Series, color: RGBAColor, alone: bool, curves: &[Curve]) ->
                 continue;
             }
             let points = [(0.0, 0.0)].into_iter().chain(found).collect();
-            let own = if alone {
-                Palette99::pick(b).to_rgba()
-            } else {
-                color
-            };
+            let own = if alone { shade(b) } else { color };
             let (color, stroke) = match (curve, b) {
                 (Curve::Local, _) => (RGBAColor(120, 120, 120, 0.9), Stroke::Thin),
                 (Curve::Continuum, _) if curves.contains(&Curve::Lattice) => (own, Stroke::Dotted),

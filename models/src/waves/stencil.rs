@@ -271,7 +271,7 @@ pub fn root_series(p: &[f64]) -> Vec<f64> {
         return Vec::new();
     };
     // (i Omega)^2 in powers of (ik)^2 has the signs of p turned at every second one.
-    let signed = |m: usize| if m % 2 == 0 { p[m] } else { -p[m] };
+    let signed = |m: usize| if m.is_multiple_of(2) { p[m] } else { -p[m] };
     let mut a = vec![first.sqrt()];
     for m in 1..p.len() {
         let products: f64 = (1..m).map(|r| a[r] * a[m - r]).sum();
