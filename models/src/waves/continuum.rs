@@ -2,7 +2,7 @@
 //!
 //! The oracle is asked of one node with a quadrature for its family, polar about the wave vector: along the radius, in two
 //! pieces, and the polar angle the rule of Gauss and Legendre, with more points the shorter the wave is; about the polar
-//! axis, where stiffnesses are polynomials of the fourth degree, six points.
+//! axis, where stiffnesses are polynomials of the fourth degree, five points.
 
 use pdlang::ir::{FieldId, Flavour};
 use pdlang::oracle::{Ball, Oracle};
@@ -23,7 +23,7 @@ pub enum Moving {
 /// Wave numbers times the horizon at which the slope of a long wave is taken.
 const LONG: f64 = 0.02;
 /// Points about the polar axis.
-const AROUND: usize = 6;
+const AROUND: usize = 5;
 
 /// `M(k)` of the continuum along a unit direction, `k` in 1/m. [N/m^4], of a field [1/s].
 ///
@@ -145,7 +145,7 @@ fn family(flavour: Flavour, horizon: f64, n: [f64; 3], z: f64) -> Vec<Point> {
             };
             (0..half).map(at).flat_map(both).collect()
         }
-        _ => about(n, 10 + (0.6 * z) as usize),
+        _ => about(n, 7 + (0.6 * z) as usize),
     };
     let mut points = Vec::new();
     for (t, w) in &radial {
@@ -163,7 +163,7 @@ fn family(flavour: Flavour, horizon: f64, n: [f64; 3], z: f64) -> Vec<Point> {
 /// steep, and beyond a sixteenth of the horizon.
 fn radial(z: f64) -> Vec<(f64, f64)> {
     const CLOSE: f64 = 0.25;
-    let near = gauss(12).into_iter().map(|(t, w)| (CLOSE * t, CLOSE * w));
+    let near = gauss(9).into_iter().map(|(t, w)| (CLOSE * t, CLOSE * w));
     let far = gauss(14 + (0.6 * z) as usize).into_iter();
     let far = far.map(|(t, w)| (CLOSE + (1.0 - CLOSE) * t, (1.0 - CLOSE) * w));
     near.chain(far).collect()

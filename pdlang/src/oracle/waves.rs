@@ -26,8 +26,9 @@ impl Oracle<'_> {
         let there = |b: usize, x: Number| moved(x, phases[b]);
         let mut matrix = [[Complex::default(); 3]; 3];
         for column in 0..self.dim() {
+            // The second slopes of an energy are Hermitian: half of them is enough.
             let tested = if self.has_energy() {
-                0..self.dim()
+                0..column + 1
             } else {
                 0..1
             };
@@ -51,8 +52,11 @@ impl Oracle<'_> {
                     there: &there,
                 };
                 let evaluator = self.passed(state, wave)?;
-                let stiffness = self.density(&evaluator, 0)?.slope.slope;
-                matrix[row][column] = matrix[row][column] + stiffness;
+                let stored = self.density(&evaluator, 0)?.slope.slope;
+                matrix[row][column] = matrix[row][column] + stored;
+                if row < column {
+                    matrix[column][row] = matrix[column][row] + stored.conjugate();
+                }
                 if row == 0 {
                     let direct = self.direct(&evaluator)?;
                     for (to, f) in matrix.iter_mut().zip(direct) {
