@@ -4,7 +4,7 @@
 
 use crate::formula::{formula, quantity};
 use crate::spec::{Spec, Stage, SweepSpec};
-use crate::tape::{Op, Tape};
+use crate::tape::{Op, Tape, operands};
 
 /// What a sweep does at one directed bond, and how often.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -18,6 +18,8 @@ pub struct Work {
     /// Numbers that are stored at the node.
     pub stored: usize,
     pub breaks: bool,
+    /// Whether it has anything to do at bonds.
+    pub loops: bool,
     /// Additions, multiplications, comparisons and choices; a fused multiplication and addition is two.
     pub flops: usize,
     pub divisions: usize,
@@ -25,8 +27,10 @@ pub struct Work {
     pub roots: usize,
     /// Exponentials, sines and the like.
     pub functions: usize,
-    /// What a cloud keeps of a bond, besides the number of its neighbour and a bit that says whether it is intact.
+    /// What a cloud keeps of a bond, besides the number of its neighbour and two bits: whether it is there, and intact.
     pub kept: Vec<String>,
+    /// Histories and weights of single bonds that it reads or writes, on a lattice as in a cloud.
+    pub remembered: Vec<String>,
 }
 
 /// The sweeps of a law in the order in which they run.
@@ -43,6 +47,7 @@ fn work(s: &SweepSpec, spec: &Spec) -> Work {
         far: s.nbr.len(),
         stored: s.out.len(),
         breaks: s.kills,
+        loops: !s.bond.ops.is_empty(),
         flops: flops(&s.bond),
         divisions: count(|op| usize::from(matches!(op, Op::Div(..)))),
         roots: count(|op| usize::from(matches!(op, Op::Sqrt(_) | Op::Rsqrt(_)))),
@@ -53,6 +58,7 @@ fn work(s: &SweepSpec, spec: &Spec) -> Work {
             ))
         }),
         kept: kept(s, spec),
+        remembered: s.history.iter().map(|k| remembered(*k, spec)).collect(),
     }
 }
 
@@ -83,7 +89,10 @@ fn flops(tape: &Tape) -> usize {
 fn of_op(op: &Op) -> usize {
     match op {
         Op::Fma(..) | Op::AddTo(..) => 2,
-        Op::Powi(_, n) => (n.unsigned_abs().max(1).ilog2() + n.count_ones()) as usize,
+        Op::Powi(_, n) => {
+            let n = n.unsigned_abs().max(1);
+            (n.ilog2() + n.count_ones() - 1) as usize
+        }
         Op::Add(..) | Op::Sub(..) | Op::Mul(..) | Op::Neg(_) | Op::Abs(_) | Op::Min(..) => 1,
         Op::Max(..) | Op::MaxTo(..) | Op::Lt(..) | Op::Le(..) | Op::Select(..) => 1,
         _ => 0,
@@ -92,10 +101,21 @@ fn of_op(op: &Op) -> usize {
 
 /// Streams that may differ from bond to bond: those made of constants alone are one value for all.
 fn kept(s: &SweepSpec, spec: &Spec) -> Vec<String> {
-    let differs = |r: &&u32| s.streams.ops[..=**r as usize].iter().any(of_bond);
+    let mut of_bonds: Vec<bool> = vec![];
+    for op in &s.streams.ops {
+        let here = of_bond(op) || operands(op).iter().any(|r| of_bonds[*r as usize]);
+        of_bonds.push(here);
+    }
+    let differs = |r: &&u32| of_bonds[**r as usize];
     let outs = s.streams.outs.iter().filter(differs);
     outs.map(|r| formula(&s.streams, *r, spec, Some(s)))
         .collect()
+}
+
+fn remembered(k: u32, spec: &Spec) -> String {
+    let histories = spec.histories.iter().map(|h| &h.name);
+    let mut names = histories.chain(spec.weights.iter().map(|w| &w.name));
+    names.nth(k as usize).cloned().unwrap_or_default()
 }
 
 fn of_bond(op: &Op) -> bool {
@@ -265,16 +285,23 @@ fn cost(w: &Work) -> String {
     add(w.roots, "root");
     add(w.functions, "function");
     add(w.far, "number of the other end");
+    if !w.loops {
+        return "at its nodes alone".into();
+    }
+    let remembered = match w.remembered.is_empty() {
+        true => String::new(),
+        false => format!("; it remembers {}", w.remembered.join(" and ")),
+    };
+    let does = parts.join(", ");
     format!(
-        "a bond takes {}; a cloud keeps {}",
-        parts.join(", "),
+        "a bond takes {does}; a cloud keeps {}{remembered}",
         keeps(w)
     )
 }
 
 /// What a cloud keeps of a bond for a sweep, with its size.
-pub fn keeps(w: &Work) -> String {
-    let bytes = 4.125 + 8.0 * w.kept.len() as f64;
+fn keeps(w: &Work) -> String {
+    let bytes = 4.25 + 8.0 * w.kept.len() as f64;
     match w.kept.is_empty() {
         true => format!("{bytes} bytes of it"),
         false => format!("{bytes} bytes of it, with {}", w.kept.join(" and ")),

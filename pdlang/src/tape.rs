@@ -68,6 +68,49 @@ pub enum Op {
     PutHistory(u32, u32),
 }
 
+/// Registers that an operation reads.
+pub(crate) fn operands(op: &Op) -> Vec<u32> {
+    use Op::{
+        Abs, Acc, Add, AddTo, And, Ball, Case, Const, Cos, Delta, Div, Eta, Exp, Fma, Geo, History,
+        Inf, Ix, Kill, Le, Lit, Ln, Lt, Max, MaxTo, Min, Mul, Nbr, Neg, Not, Omega, Or, Own, Param,
+        Pow, Powi, Pre, PutHistory, Reverse, Rsqrt, Select, Sin, Sqrt, Sub, Tan, Var, Weight, X,
+        Xi,
+    };
+    match *op {
+        Lit(_) | Inf | Const(_) | Param(_) | Var(_) | Delta | Own(_) | Nbr(_) | Geo(_) | Pre(_)
+        | Acc(_) | History(_) | Reverse(_) | Xi(_) | Eta(_) | Ix | X | Omega(_) | Weight
+        | Ball(_) => vec![],
+        Case(r) => r.to_vec(),
+        Add(a, b)
+        | Sub(a, b)
+        | Mul(a, b)
+        | Div(a, b)
+        | Min(a, b)
+        | Max(a, b)
+        | Pow(a, b)
+        | Lt(a, b)
+        | Le(a, b)
+        | And(a, b)
+        | Or(a, b)
+        | AddTo(_, a, b) => vec![a, b],
+        Fma(a, b, c) | Select(a, b, c) => vec![a, b, c],
+        Neg(a)
+        | Abs(a)
+        | Sqrt(a)
+        | Rsqrt(a)
+        | Exp(a)
+        | Ln(a)
+        | Sin(a)
+        | Cos(a)
+        | Tan(a)
+        | Powi(a, _)
+        | Not(a)
+        | Kill(a)
+        | MaxTo(_, a)
+        | PutHistory(_, a) => vec![a],
+    }
+}
+
 /// Builds a tape; equal operations share a register.
 #[derive(Default)]
 pub struct Builder {

@@ -386,10 +386,16 @@ impl Simulation {
         ))
     }
 
-    /// The largest stable step at the present state [s]; infinite where nothing moves or flows.
+    /// The largest stable step of what moves at the present state [s]; infinite where nothing does: fields take as many
+    /// stages as a step needs.
     pub fn limit(&mut self) -> f64 {
         self.engine.forces(&mut self.state, Breaking::Held);
-        self.measure(1.0).dt
+        let omega = self.measure(1.0).omega;
+        if omega > 0.0 {
+            2.0 / omega
+        } else {
+            f64::INFINITY
+        }
     }
 
     /// The stable step of the present state, where forces have just been evaluated.

@@ -81,7 +81,7 @@ pub fn language(text: &str) -> Came {
             }
         }
     }
-    for stage in emit::Stage::ALL {
+    for stage in emit::Stage::ALL.into_iter().chain([emit::Stage::Explained]) {
         let _ = emit::emit(text, stage, None);
     }
     came

@@ -133,11 +133,11 @@ fn read(text: &str) -> Result<Quantity, Failure> {
 /// A density above 0 [kg/m^3].
 pub fn density(text: &str) -> Result<f64, Failure> {
     of_kind(text, "kg/m^3")
-        .filter(|v| *v > 0.0 && v.is_finite())
+        .filter(|v| (1e-12..=1e12).contains(v))
         .ok_or_else(|| {
             input_error(
                 format!("the density is {text}"),
-                "it is a number above 0, in kg/m^3 or with its unit",
+                "it is a number above 0, in kg/m^3 or with its unit: 1e-12 to 1e12 kg/m^3",
             )
         })
 }

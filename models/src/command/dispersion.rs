@@ -360,6 +360,9 @@ fn direction(text: &str, flavour: Flavour) -> Result<[f64; 3], Failure> {
         }
         n[a] = value;
     }
+    if parts.len() == 1 && dim == 2 && n[0] != 1.0 {
+        return Err(wrong(format!("the direction `{text}` is one number")));
+    }
     if n == [0.0; 3] {
         return Err(wrong(format!("the direction `{text}` has no length")));
     }

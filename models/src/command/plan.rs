@@ -84,6 +84,11 @@ fn faster(scene: &Scene, simulation: &mut Simulation) -> Option<String> {
     if report.traversal != "lattice" || report.materials > 1 || simulation.engine.can_break() {
         return None;
     }
+    // A second simulation beside the first, with transforms of its own.
+    let room = |free: u64| free > 8 * (report.node_bytes + report.bond_bytes) as u64;
+    if !pdlang_runtime::carve::available_memory().is_none_or(room) {
+        return None;
+    }
     let mut other = scene.clone();
     other.family.traversal = Traversal::Convolution;
     let mut other = other.simulation().ok()?;

@@ -2,7 +2,7 @@
 
 use pdlang_models::constants;
 use pdlang_models::language::Pdlang;
-use pdlang_runtime::engine::PartReport;
+use pdlang_runtime::engine::{PartReport, Traversal};
 use pdlang_runtime::language::{Exponents, Language, dimension};
 use pdlang_runtime::observe::{Schedule, Summary};
 use pdlang_runtime::scene::{Influence, Scene, implied};
@@ -78,8 +78,8 @@ pub fn of(scene: &Scene, simulation: &mut Simulation) -> Statement {
     constants(&mut s, scene, implied);
     // Of a step that the scene gives, nobody else asks for the limit.
     let limit = match scene.step {
-        StepRule::Fixed(_) => simulation.limit(),
-        StepRule::Stable { .. } => f64::INFINITY,
+        StepRule::Fixed(_) if scene.end != End::Steps(0) => simulation.limit(),
+        _ => f64::INFINITY,
     };
     s.add("time step", step(scene, simulation, limit));
     for warning in warnings(scene, simulation, limit) {
@@ -91,7 +91,7 @@ pub fn of(scene: &Scene, simulation: &mut Simulation) -> Statement {
 /// What is allowed and seldom meant.
 fn warnings(scene: &Scene, simulation: &Simulation, limit: f64) -> Vec<String> {
     let mut list = Vec::new();
-    if simulation.dt > limit && scene.end != End::Steps(0) {
+    if simulation.dt > limit {
         list.push(format!(
             "the time step is {:.3} times the limit of this body, {limit:.4e} s: the run will go unstable; \
              leave `dt` out of [time] for a stable one",
@@ -99,7 +99,8 @@ fn warnings(scene: &Scene, simulation: &Simulation, limit: f64) -> Vec<String> {
         ));
     }
     let (horizon, dx) = (scene.family.horizon.constant(), simulation.body.spacing);
-    if let Some(horizon) = horizon.filter(|h| *h > LONG * dx) {
+    let convolved = scene.family.traversal == Traversal::Convolution;
+    if let Some(horizon) = horizon.filter(|h| *h > LONG * dx && !convolved) {
         list.push(format!(
             "the horizon of {horizon} m is {:.1} spacings: three are usual, horizon = \"3 dx\"",
             horizon / dx

@@ -184,7 +184,8 @@ pub fn measure(
         .responses
         .iter()
         .any(|r| matches!(r, Response::Force(_)));
-    if let (true, Some(rings)) = (stated, families.rings()) {
+    // Made where it is needed alone: a bond between any two nodes is much.
+    if stated && let Some(rings) = families.rings() {
         return stated_modulus(what, law, rings, settings, dim);
     }
     let oracle = Oracle::new(law, &families.one, settings).map_err(text)?;

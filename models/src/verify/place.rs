@@ -72,7 +72,11 @@ impl Subject<'_> {
     /// Of what a function of the library makes, that of its arguments.
     pub fn place_of(&self, expr: ExprId) -> Option<Place> {
         let mut queue = std::collections::VecDeque::from([expr]);
+        let mut seen = std::collections::HashSet::new();
         while let Some(expr) = queue.pop_front() {
+            if !seen.insert(expr) {
+                continue;
+            }
             let found = &self.law.exprs[expr.index()];
             let place = self.place(found.span);
             if place.is_some() {

@@ -182,9 +182,9 @@ fn best(subject: &Subject, wards: &[Ward], suspects: &[Suspect]) -> Option<Vec<(
             let (more, words) = fraction(factor);
             effort += 2 * more;
             let quote = suspect.quote(subject);
-            let only = match wards.len() < subject.law.flavours.len() {
-                true => " in this flavour; others are right as they are (`case flavour`)",
-                false => "",
+            let only = match wards.len() {
+                1 if subject.law.flavours.len() > 1 => " in this flavour alone (`case flavour`)",
+                _ => "",
             };
             let advice = match factor == 0.0 {
                 true => format!(

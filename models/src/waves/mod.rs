@@ -176,6 +176,10 @@ pub fn study(subject: &Subject, request: &Request) -> Result<Study, String> {
     let (flavour, dim) = (request.flavour, request.flavour.dim());
     let moving = moving(subject)?;
     let stencil = stencil(subject, flavour)?;
+    let stiffness = stencil.taylor([1.0, 0.0, 0.0], 1)[0];
+    if !stiffness.as_flattened().iter().all(|v| v.is_finite()) {
+        return Err("the stiffness of the lattice is no finite number: a parameter is too large or too small".into());
+    }
     let density = match moving {
         Moving::Displacement => subject.density,
         Moving::Field(_) => 1.0,
@@ -302,7 +306,7 @@ pub fn study(subject: &Subject, request: &Request) -> Result<Study, String> {
         moduli,
         step,
         zone,
-        free: free(subject, flavour, moving)?,
+        free: free(subject, flavour, moving, step.fastest)?,
         asymmetry,
         warnings,
         notes,
@@ -376,6 +380,10 @@ fn along(stencil: &Stencil, n: [f64; 3], edge: f64, largest: f64) -> Vec<ZeroMod
         if fine[i] > fine[i - 1] || fine[i] > fine[i + 1] {
             continue;
         }
+        // Where all of the direction is loose, its edge stands for it.
+        if i < FINE && fine[i - 1].max(fine[i]).max(fine[i + 1]) <= none {
+            continue;
+        }
         // Golden section of the valley.
         let ratio = 0.5 * (5.0_f64.sqrt() - 1.0);
         let (mut a, mut b) = ((i as f64 - 1.0) * step, (i as f64 + 1.0) * step);
@@ -441,11 +449,12 @@ fn moduli(
     list.iter().map(one).collect()
 }
 
-/// The largest frequency of a block with free surfaces.
+/// The largest frequency of a block with free surfaces, where it is larger than that of the lattice: a block is small.
 fn free(
     subject: &Subject,
     flavour: Flavour,
     moving: Moving,
+    unbounded: f64,
 ) -> Result<Option<(Step, usize)>, String> {
     let dim = flavour.dim();
     let side = (2.0 * subject.reach).ceil().max(6.0);
@@ -464,9 +473,10 @@ fn free(
         Moving::Displacement => found.omega,
         Moving::Field(_) => found.rate,
     };
+    let fastest = fastest.max(unbounded);
     let step = Step {
         fastest,
-        dt: found.dt,
+        dt: 2.0 / fastest,
     };
     Ok(Some((step, case.body.x.len())))
 }

@@ -134,7 +134,7 @@ fn explain_says_how_a_law_is_computed() {
     mentions(&pdlang(&plane, 0), &["heat in 2D", "a bond takes"]);
     let refused = ["explain", "lamina", "--dim", "3"];
     mentions(&pdlang(&refused, 1), &["PD092"]);
-    mentions(&pdlang(&["explain", "lpz"], 1), &["did you mean"]);
+    mentions(&pdlang(&["explain", "lpz"], 1), &["no law `lpz`"]);
 }
 
 /// What closes the pipe has read enough.

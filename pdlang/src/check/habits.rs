@@ -92,7 +92,7 @@ fn printed(letter: char) -> Option<String> {
         '≤' => "<=",
         '≥' => ">=",
         '′' | '’' => "'",
-        '⁰'..='⁹' => return Some(format!("write `^{}`", letter as u32 - '⁰' as u32)),
+        '⁰' | '⁴'..='⁹' => return Some(format!("write `^{}`", letter as u32 - '⁰' as u32)),
         '₀'..='₉' => {
             return Some(format!(
                 "write the index with the name: `_{}`",

@@ -14,9 +14,9 @@ pub(super) fn parts(law: &Law) -> Vec<Part> {
     };
     let works = works(&spec);
     let words = format!(
-        "In {dim}D, per directed bond; a fused multiplication and addition is two flops. On a lattice nothing is kept of a bond but \
-         whether it is intact; a cloud keeps the number of the neighbour too, together 4.125 bytes, and 8 for each of the values \
-         named here, which sweeps share. `pdlang explain {}` shows the formulas.",
+        "In {dim}D, per directed bond; a fused multiplication and addition is two flops. On a lattice two bits are kept of a bond, \
+         whether it is there and intact; a cloud keeps the number of the neighbour too, together 4.25 bytes, and 8 for each of the values \
+         named here, which sweeps share. What a bond remembers it remembers in both. `pdlang explain {}` shows the formulas.",
         law.name
     );
     let mut parts = vec![
@@ -52,7 +52,9 @@ pub(super) fn parts(law: &Law) -> Vec<Part> {
 
 fn row(w: &Work) -> Vec<String> {
     let breaks = if w.breaks { ", breaks bonds" } else { "" };
-    let kept: Vec<String> = w.kept.iter().map(|k| format!("`{k}`")).collect();
+    let kept = w.kept.iter().map(|k| format!("`{k}`"));
+    let remembered = w.remembered.iter().map(|k| format!("remembers `{k}`"));
+    let kept: Vec<String> = kept.chain(remembered).collect();
     vec![
         format!("`{}`", w.name),
         format!("{}{breaks}", w.when),

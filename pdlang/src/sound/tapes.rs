@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::Report;
-use crate::tape::{Op, Tape};
+use crate::tape::{Op, Tape, operands};
 
 /// Where a tape stands decides what it may read and do.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -47,44 +47,6 @@ enum Kind {
     Number,
     Truth,
     Effect,
-}
-
-/// Registers that an operation reads.
-fn operands(op: &Op) -> Vec<u32> {
-    use Op::*;
-    match *op {
-        Lit(_) | Inf | Const(_) | Param(_) | Var(_) | Delta | Own(_) | Nbr(_) | Geo(_) | Pre(_)
-        | Acc(_) | History(_) | Reverse(_) | Xi(_) | Eta(_) | Ix | X | Omega(_) | Weight
-        | Ball(_) => vec![],
-        Case(r) => r.to_vec(),
-        Add(a, b)
-        | Sub(a, b)
-        | Mul(a, b)
-        | Div(a, b)
-        | Min(a, b)
-        | Max(a, b)
-        | Pow(a, b)
-        | Lt(a, b)
-        | Le(a, b)
-        | And(a, b)
-        | Or(a, b)
-        | AddTo(_, a, b) => vec![a, b],
-        Fma(a, b, c) | Select(a, b, c) => vec![a, b, c],
-        Neg(a)
-        | Abs(a)
-        | Sqrt(a)
-        | Rsqrt(a)
-        | Exp(a)
-        | Ln(a)
-        | Sin(a)
-        | Cos(a)
-        | Tan(a)
-        | Powi(a, _)
-        | Not(a)
-        | Kill(a)
-        | MaxTo(_, a)
-        | PutHistory(_, a) => vec![a],
-    }
 }
 
 fn kind(op: &Op, kinds: &[Kind]) -> Kind {

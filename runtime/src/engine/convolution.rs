@@ -19,7 +19,7 @@ use crate::fourier::{Complex, Fourier, Kernel, Product};
 use crate::layout::{Cells, Family, Shape, Stencil};
 use crate::spec::{SlotKind, Spec, Stage};
 use crate::traverse::{CHUNK, Convolved, Factor, RunConvolved, Term, convolved};
-use polynomial::{Kinds, Monomial, Own, sums};
+use polynomial::{Kinds, Monomial, Own, rough, sums};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -137,6 +137,15 @@ impl Convolution {
             steady: vec![],
             summed: BTreeMap::new(),
         };
+        for s in spec.sweeps.iter().filter(|s| s.stage == Stage::Step) {
+            if let Some(what) = rough(spec, s) {
+                let why = format!(
+                    "sums that need not be exactly nothing, and `{}` of `{}` takes {what}",
+                    s.name, spec.law
+                );
+                return refuse(&why, "");
+            }
+        }
         let mut sweeps = vec![];
         for (k, p) in engine.programs.iter().enumerate() {
             let wanted = matches!(p.stage, Stage::Step | Stage::Tangent) && p.loops;
@@ -473,8 +482,8 @@ impl Engine {
 
     /// Runs a sweep as a convolution, if it is one and all bonds are there.
     pub(super) fn convolve(&mut self, k: usize, s: &State) -> bool {
-        let p = &self.programs[k];
-        let whole = p.reference || self.bonds[p.family].unbroken;
+        // What is steady has sums over intact bonds in it, perhaps of another family.
+        let whole = self.bonds.iter().all(|bonds| bonds.unbroken);
         // Taken out, so that the engine can be asked while it changes.
         let Some(mut convolution) = self.convolution.take_if(|c| whole && c.sweeps[k].is_some())
         else {

@@ -22,10 +22,12 @@ pub(super) struct Group {
 pub(super) struct Uses {
     reads: Vec<usize>,
     writes: Vec<usize>,
+    /// The same for the running call, allocated once.
+    packs: Vec<Pack>,
 }
 
 /// One group, as a running sweep changes it.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Pack {
     from: [*const f64; RECORD],
     to: *mut Record,
@@ -59,6 +61,7 @@ pub(super) fn groups(spec: &Spec, programs: &[Program], len: usize) -> (Vec<Grou
     for (p, uses) in programs.iter().zip(&mut uses) {
         let changes = |g: &usize| groups[*g].slots.iter().any(|slot| p.out.contains(slot));
         uses.writes = (0..groups.len()).filter(changes).collect();
+        uses.packs = Vec::with_capacity(uses.writes.len());
     }
     (groups, uses)
 }
@@ -82,7 +85,9 @@ impl Engine {
         for (to, &g) in call.nbr_records.iter_mut().zip(&self.uses[k].reads) {
             *to = self.groups[g].records.as_ptr();
         }
-        for &g in &self.uses[k].writes {
+        let Uses { writes, packs, .. } = &mut self.uses[k];
+        packs.clear();
+        for &g in writes.iter() {
             let group = &mut self.groups[g];
             let mut from = [null(); RECORD];
             for (from, &slot) in from.iter_mut().zip(&group.slots) {
@@ -91,8 +96,9 @@ impl Engine {
                 }
             }
             let to = group.records.as_mut_ptr();
-            call.packs.push(Pack { from, to });
+            packs.push(Pack { from, to });
         }
+        call.packs = &packs[..];
     }
 
     /// Lays out what a sweep has written on the chunks `from..to`.
@@ -100,12 +106,14 @@ impl Engine {
     /// # Safety
     /// The call is one of this engine, and nobody else writes to these chunks.
     pub(super) unsafe fn lay_out(&self, call: &Call, (from, to): (usize, usize)) {
-        if call.packs.is_empty() {
+        // SAFETY: the engine of the call has them.
+        let packs = unsafe { &*call.packs };
+        if packs.is_empty() {
             return;
         }
         for &base in &self.layout.base[from..to] {
             let base = base as usize;
-            for pack in &call.packs {
+            for pack in packs {
                 // SAFETY: slots of a chunk are slots of the arrays.
                 (base..base + CHUNK).for_each(|slot| unsafe { pack.one(slot) });
             }
@@ -126,6 +134,10 @@ impl Engine {
         }
     }
 }
+
+// SAFETY: addresses are followed while the engine runs a call alone, by threads on disjoint chunks.
+unsafe impl Send for Pack {}
+unsafe impl Sync for Pack {}
 
 impl Pack {
     #[inline(always)]

@@ -144,7 +144,7 @@ impl Engine {
             next: [null_mut(); MAX_HISTORIES],
             reverse: bonds.reverse.as_ptr(),
             tape: &*p.tape,
-            packs: vec![],
+            packs: &[],
         };
         for a in 0..self.spec.dim {
             call.u[a] = s.u[a].as_ptr();

@@ -83,7 +83,7 @@ pub struct Call {
     pub(crate) reverse: *const u32,
     pub(crate) tape: *const TapeSweep,
     /// Records that hold what this run writes.
-    pub(crate) packs: Vec<Pack>,
+    pub(crate) packs: *const [Pack],
 }
 
 // SAFETY: a call is shared between threads that run disjoint chunks; what a chunk writes (its own slots, mask

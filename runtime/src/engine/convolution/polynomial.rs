@@ -6,7 +6,8 @@
 //! takes it.
 use super::super::Home;
 use super::super::program::Program;
-use crate::spec::{Op, SlotKind, Spec, Tape};
+use crate::spec::{Op, SlotKind, Spec, Stage, SweepSpec, Tape};
+use crate::tape::operands;
 use std::collections::BTreeMap;
 
 /// A number read at the node: a value of the prologue, or a node slot.
@@ -39,6 +40,7 @@ pub(super) type Polynomial = BTreeMap<Monomial, Vec<f64>>;
 
 /// Products of a sweep above which their number is the reason not to go on.
 const MOST: usize = 500;
+const TOO_MANY: &str = "more than 500 products";
 /// Powers that are multiplied out.
 const POWERS: i32 = 4;
 
@@ -92,7 +94,55 @@ pub(super) fn sums(
         let value = reader.value(op, &registers);
         registers.push(value);
     }
+    // Differences of far ends would be squared after they were taken apart: their digits are gone by then.
+    let moved = |home: &Home| matches!(home, Home::Displacement(_));
+    let square = |m: &Monomial| {
+        let own = |own: &&Own| matches!(own, Own::Slot(home) if moved(home));
+        m.own.iter().filter(own).count() + m.far.iter().filter(|h| moved(h)).count() > 1
+    };
+    if found.iter().flat_map(Polynomial::keys).any(square) {
+        return Err("a product of displacements");
+    }
+    let finite = |numbers: &Vec<f64>| numbers.iter().all(|v| v.is_finite());
+    if !found.iter().flat_map(Polynomial::values).all(finite) {
+        return Err("a coefficient that is no number");
+    }
     Ok(found)
+}
+
+/// What a sweep does at its nodes with sums of steps that would turn their last digits into more: a sum that is nothing
+/// bond by bond is nothing to 16 digits of the largest one here, and has no inverse, root or sign.
+pub(super) fn rough(spec: &Spec, s: &SweepSpec) -> Option<&'static str> {
+    let summed = |slot: &u32| {
+        matches!(
+            spec.slots[*slot as usize].kind,
+            SlotKind::Computed(Stage::Step)
+        )
+    };
+    let walk = |tape: &Tape, handed: &[bool]| -> Result<Vec<bool>, &'static str> {
+        let mut rounded: Vec<bool> = Vec::with_capacity(tape.ops.len());
+        for op in &tape.ops {
+            let of = |r: &u32| rounded[*r as usize];
+            match op {
+                Op::Div(_, b) if of(b) => return Err("the inverse of a sum"),
+                Op::Sqrt(a) | Op::Rsqrt(a) | Op::Ln(a) | Op::Pow(a, _) if of(a) => {
+                    return Err("a root of a sum");
+                }
+                Op::Powi(a, n) if *n < 0 && of(a) => return Err("the inverse of a sum"),
+                Op::Lt(a, b) | Op::Le(a, b) if of(a) || of(b) => return Err("a choice by a sum"),
+                _ => {}
+            }
+            rounded.push(match op {
+                Op::Acc(_) => true,
+                Op::Own(k) => s.own.get(*k as usize).is_some_and(summed),
+                Op::Pre(k) => handed.get(*k as usize).is_some_and(|h| *h),
+                op => operands(op).iter().any(of),
+            });
+        }
+        Ok(tape.outs.iter().map(|r| rounded[*r as usize]).collect())
+    };
+    let handed = walk(&s.pre, &[]);
+    handed.and_then(|handed| walk(&s.post, &handed)).err()
 }
 
 struct Reader<'a> {
@@ -253,6 +303,9 @@ fn multiply(a: &Value, b: &Value) -> Value {
     let mut product = Polynomial::new();
     for (left, x) in a {
         for (right, y) in b {
+            if product.len() > MOST {
+                return Value::Not(TOO_MANY);
+            }
             let numbers: Vec<f64> = x.iter().zip(y).map(|(x, y)| x * y).collect();
             add(
                 &mut product,
@@ -267,6 +320,6 @@ fn multiply(a: &Value, b: &Value) -> Value {
 fn bounded(p: Polynomial) -> Value {
     match p.len() <= MOST {
         true => Value::Of(p),
-        false => Value::Not("more than 500 products"),
+        false => Value::Not(TOO_MANY),
     }
 }
