@@ -21,11 +21,11 @@ pub(crate) fn token(line: &str, rest: &str) -> Option<String> {
         return says(remedy);
     }
     match first {
-        '*' if before.ends_with('*') => says("a power is written `^`: `a^2`"),
-        '/' if before.ends_with('/') || starts("/*") => says(COMMENTS),
-        '*' if before.ends_with('/') => says(COMMENTS),
+        '*' if adjacent && before.ends_with('*') => says("a power is written `^`: `a^2`"),
+        '/' if starts("/*") => says(COMMENTS),
+        '*' if adjacent && before.ends_with('/') => says(COMMENTS),
         '%' => says(COMMENTS),
-        '-' if before.ends_with('-') => says(COMMENTS),
+        '-' if adjacent && before.ends_with('-') => says(COMMENTS),
         '!' if starts("!=") => {
             says("there is no test for inequality of numbers: use `<`, `<=`, `>` or `>=`")
         }
