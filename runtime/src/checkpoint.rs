@@ -16,7 +16,7 @@ use std::io::{Read, Write};
 use std::path::Path;
 
 const MAGIC: &[u8; 8] = b"PDLANGCK";
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 const HEADER: usize = 8 + 4 + 8 + 8 + 4 + 8;
 
 /// What a run needs to go on.
@@ -33,8 +33,9 @@ pub struct Snapshot {
     pub broken_at_measure: u64,
     /// Kinetic and strain energy at the start [J].
     pub initial_energy: f64,
-    /// Work of conditions so far [J].
+    /// Work of conditions so far, and what has left through matching boundaries [J].
     pub work: f64,
+    pub left: f64,
     pub reactions: Vec<Reaction>,
 }
 
@@ -212,6 +213,7 @@ mod tests {
             broken_at_measure: 0,
             initial_energy: 1.5,
             work: -2.0,
+            left: 0.5,
             reactions: vec![Reaction {
                 depth: 1e-3,
                 ..Reaction::default()

@@ -1,16 +1,19 @@
 //! Initial values, prescribed motion and loads, by region and expression.
 
 mod loads;
+mod matched;
 mod mirror;
 
 pub use loads::Loads;
 use loads::loaded;
+use matched::Boundaries;
 use mirror::{Reflected, images};
 
 use crate::body::Body;
 use crate::density::Density;
 use crate::engine::{Engine, State};
 use crate::error::InputError;
+use crate::matching::Face;
 use crate::shape::{Shape, tolerance};
 use crate::spec::{Op, Stepped, Tape};
 use crate::tape::Function;
@@ -77,6 +80,8 @@ pub struct Condition {
     pub value: Vec<Option<Expression>>,
     /// Continues the body beyond a plane: values follow the mirror images of the nodes. Displacements and fields only.
     pub mirror: Option<Mirror>,
+    /// Time after which it no longer holds [s]; infinite: it always does. Not for initial values.
+    pub until: f64,
 }
 
 /// A plane, and how a quantity continues beyond it.
@@ -108,6 +113,8 @@ struct Driver {
     component: usize,
     value: Value,
     mirror: Option<Images>,
+    /// [s]
+    until: f64,
 }
 
 /// Mirror images of a driver's nodes.
@@ -128,6 +135,11 @@ enum Value {
 }
 
 impl Driver {
+    /// Whether it holds at a time; steps of `dt` end there up to rounding.
+    fn holds(&self, t: f64, dt: f64) -> bool {
+        t <= self.until + 1e-6 * dt
+    }
+
     /// Calls `act(position in the lists, slot, expression at t)` for every node.
     fn each(&self, body: &Body, t: f64, mut act: impl FnMut(usize, usize, f64)) {
         let place = |k: usize| match &self.mirror {
@@ -252,8 +264,10 @@ pub fn set_initial(
 pub struct Conditions {
     displacement: Vec<Driver>,
     velocity: Vec<Driver>,
-    /// Displacements that follow mirror images; they come last.
+    /// Displacements that follow mirror images; they come behind both.
     mirrored: Vec<Driver>,
+    /// Displacements that follow the waves which leave; they come last.
+    matched: Boundaries,
     force: Vec<Driver>,
     /// Those that follow mirror images come last.
     field: Vec<Driver>,
@@ -265,6 +279,8 @@ pub struct Conditions {
     pub loads: Loads,
     /// Work of the imposed motion and of the body forces so far [J].
     pub work: f64,
+    /// What has left through matching boundaries so far: the work that is done at their nodes, turned in sign [J].
+    pub left: f64,
 }
 
 /// What the energy account of imposed motion needs to know about a step.
@@ -278,11 +294,37 @@ pub struct Balance<'a> {
     pub dt: f64,
 }
 
+impl Balance<'_> {
+    /// Kinetic energy of a component of some nodes [J].
+    fn kinetic(&self, state: &State, component: usize, slots: &[u32]) -> f64 {
+        let v = &state.v[component];
+        let of = |s: usize| 0.5 * self.density.at(s) * self.volume[s] * v[s].powi(2);
+        slots.iter().map(|s| of(*s as usize)).sum()
+    }
+
+    /// Half of the work that all forces do on a component of some nodes in a step [J].
+    fn power(&self, state: &State, loads: &Loads, component: usize, slots: &[u32]) -> f64 {
+        let (force, v) = (self.force.get(component), &state.v[component]);
+        let of = |s: usize| {
+            let force = force.map_or(0.0, |f| f[s])
+                + self.contact.at(component, s)
+                + loads.at(component, s);
+            0.5 * self.volume[s] * force * self.dt * v[s]
+        };
+        slots.iter().map(|s| of(*s as usize)).sum()
+    }
+}
+
 impl Conditions {
     /// Finds the nodes of every condition and what each of them depends on.
     ///
     /// Errors as [`set_initial`].
-    pub fn new(list: &[Condition], body: &Body, engine: &Engine) -> Result<Conditions, InputError> {
+    pub fn new(
+        list: &[Condition],
+        faces: &[Face],
+        body: &Body,
+        engine: &Engine,
+    ) -> Result<Conditions, InputError> {
         let (mut displacement, mut velocity, mut mirrored) = (vec![], vec![], vec![]);
         let (mut force, mut field) = (vec![], vec![]);
         for condition in list {
@@ -312,32 +354,37 @@ impl Conditions {
                 .any(|r| r.slot == slot && r.stepped == Stepped::Half)
         };
         let (half, field) = field.into_iter().partition(|d| at_half(d.component));
+        let driven: [&[Driver]; 3] = [&displacement, &velocity, &mirrored];
+        let matched = Boundaries::new(faces, body, engine, &driven)?;
         let loads = loaded(&force, body.flavour.dim(), engine.len());
         Ok(Conditions {
             displacement,
             velocity,
             mirrored,
+            matched,
             force,
             field,
             half,
             before: Vec::new(),
             loads,
             work: 0.0,
+            left: 0.0,
         })
     }
 
     /// Whether nothing is imposed and nothing loaded.
     pub fn is_free(&self) -> bool {
-        self.motion().next().is_none()
+        self.motion(f64::NEG_INFINITY, 0.0).next().is_none()
+            && self.matched.0.is_empty()
             && self.force.is_empty()
             && self.field.is_empty()
             && self.half.is_empty()
     }
 
-    /// Drivers of the motion, each after those that it follows.
-    fn motion(&self) -> impl Iterator<Item = &Driver> {
+    /// Drivers of the motion in the step of `dt` that ends at `t`, each after those that it follows.
+    fn motion(&self, t: f64, dt: f64) -> impl Iterator<Item = &Driver> {
         let lists = [&self.displacement, &self.velocity, &self.mirrored];
-        lists.into_iter().flatten()
+        lists.into_iter().flat_map(move |l| holding(l, t, dt))
     }
 
     /// Imposes displacements and fields at the start.
@@ -354,7 +401,7 @@ impl Conditions {
         for f in &mut self.loads.density {
             self.loads.touched.iter().for_each(|&s| f[s as usize] = 0.0);
         }
-        for driver in &self.force {
+        for driver in holding(&self.force, t, 0.0) {
             let f = &mut self.loads.density[driver.component];
             driver.each(body, t, |_, s, v| f[s] += v);
         }
@@ -364,34 +411,35 @@ impl Conditions {
     pub fn before_drift(&mut self, state: &State, balance: &Balance) {
         let mut before = std::mem::take(&mut self.before);
         before.clear();
-        let (mut work, volume) = (0.0, balance.volume);
-        for driver in self.motion() {
-            let (u, v) = (&state.u[driver.component], &state.v[driver.component]);
-            for &s in &driver.slots {
-                before.push(u[s as usize]);
-                work -= 0.5
-                    * balance.density.at(s as usize)
-                    * volume[s as usize]
-                    * v[s as usize].powi(2);
-            }
+        let mut work = 0.0;
+        for driver in self.motion(state.time + balance.dt, balance.dt) {
+            let u = &state.u[driver.component];
+            before.extend(driver.slots.iter().map(|s| u[*s as usize]));
+            work -= balance.kinetic(state, driver.component, &driver.slots);
         }
         self.before = before;
         self.work += work;
+        for m in &self.matched.0 {
+            self.left += balance.kinetic(state, m.component, &m.slots);
+        }
+        self.matched.before_drift(state);
+        self.matched.hold(state);
     }
 
     /// Before the drift from `state.time`: driven components get the velocities that lead where they belong.
     pub fn steer(&self, state: &mut State, balance: &Balance) {
         let (t, dt) = (state.time, balance.dt);
-        for driver in &self.displacement {
+        for driver in holding(&self.displacement, t + dt, dt) {
             let (u, v) = (&state.u[driver.component], &mut state.v[driver.component]);
             driver.each(balance.body, t + dt, |_, s, value| {
                 v[s] = (value - u[s]) / dt
             });
         }
-        for driver in &self.velocity {
+        for driver in holding(&self.velocity, t + dt, dt) {
             driver.impose(balance.body, t + 0.5 * dt, &mut state.v[driver.component]);
         }
         self.impose_mirrored_velocities(balance.body, t, t + dt, state);
+        self.matched.steer(state);
     }
 
     /// After the drift to `state.time`: puts driven components where they belong; their velocities become
@@ -400,10 +448,10 @@ impl Conditions {
         let (time, dt) = (state.time, balance.dt);
         let mut before = self.before.iter().copied();
         let mut largest = 0.0_f64;
-        for driver in &self.displacement {
+        for driver in holding(&self.displacement, time, dt) {
             largest = largest.max(driver.place(state, balance, &mut before));
         }
-        for driver in &self.velocity {
+        for driver in holding(&self.velocity, time, dt) {
             let (u, v) = (
                 &mut state.u[driver.component],
                 &mut state.v[driver.component],
@@ -415,65 +463,68 @@ impl Conditions {
                 largest = largest.max((dt * value).abs());
             });
         }
-        for driver in &self.mirrored {
+        for driver in holding(&self.mirrored, time, dt) {
             largest = largest.max(driver.place(state, balance, &mut before));
         }
+        largest = largest.max(self.matched.after_drift(state, dt));
         self.impose_fields(balance.body, time, &mut state.slots);
         self.account(state, balance);
         largest
     }
 
+    /// Before the last half kick, which leaves the nodes of matching boundaries alone.
+    pub fn before_kick(&mut self, state: &State) {
+        self.matched.hold(state);
+    }
+
     /// After the last half kick at `state.time`: imposes velocities.
     pub fn after_kick(&mut self, state: &mut State, balance: &Balance) {
         self.impose_velocities(balance.body, state, balance.dt);
+        self.matched.steer(state);
         let mut work = 0.0;
-        for driver in self.motion() {
-            let v = &state.v[driver.component];
-            for &s in &driver.slots {
-                work += 0.5
-                    * balance.density.at(s as usize)
-                    * balance.volume[s as usize]
-                    * v[s as usize].powi(2);
-            }
+        for driver in self.motion(state.time, balance.dt) {
+            work += balance.kinetic(state, driver.component, &driver.slots);
         }
         self.work += work;
+        for m in &self.matched.0 {
+            self.left -= balance.kinetic(state, m.component, &m.slots);
+        }
     }
 
     /// Half of a step's work along `dt * v`, with the forces at one of its ends: what the body forces do, and
-    /// what imposed motion must do against all other forces. Called once at each end, `state.v` being the
-    /// velocity of the middle both times.
+    /// what imposed motion must do against all other forces. Called once at each end, `state.time` being that of the
+    /// second and `state.v` the velocity of the middle both times.
     pub fn account(&mut self, state: &State, balance: &Balance) {
         let mut work = 0.5 * self.loads.work(&state.v, balance.volume, balance.dt);
-        for driver in self.motion() {
-            let d = driver.component;
-            for &s in &driver.slots {
-                let s = s as usize;
-                let other = balance.force.get(d).map_or(0.0, |f| f[s])
-                    + balance.contact.at(d, s)
-                    + self.loads.at(d, s);
-                work -= 0.5 * balance.volume[s] * other * balance.dt * state.v[d][s];
-            }
+        for driver in self.motion(state.time, balance.dt) {
+            work -= balance.power(state, &self.loads, driver.component, &driver.slots);
         }
         self.work += work;
+        for m in &self.matched.0 {
+            self.left += balance.power(state, &self.loads, m.component, &m.slots);
+        }
     }
 
     /// Calls `act` with every slot whose motion is imposed, in any component.
     pub fn driven(&self, mut act: impl FnMut(usize)) {
-        for driver in self.motion() {
-            driver.slots.iter().for_each(|&s| act(s as usize));
-        }
+        let motion = self.motion(f64::NEG_INFINITY, 0.0).map(|d| &d.slots);
+        let matched = self.matched.0.iter().map(|m| &m.slots);
+        motion
+            .chain(matched)
+            .flatten()
+            .for_each(|&s| act(s as usize));
     }
 
     /// Imposes fields at half steps at time `t`.
     pub fn impose_half_fields(&self, body: &Body, t: f64, slots: &mut [Vec<f64>]) {
-        for driver in &self.half {
+        for driver in holding(&self.half, t, 0.0) {
             driver.impose(body, t, &mut slots[driver.component]);
         }
     }
 
     /// Imposes the other fields at time `t`.
     pub fn impose_fields(&self, body: &Body, t: f64, slots: &mut [Vec<f64>]) {
-        for driver in &self.field {
+        for driver in holding(&self.field, t, 0.0) {
             driver.impose(body, t, &mut slots[driver.component]);
         }
     }
@@ -481,12 +532,12 @@ impl Conditions {
     /// Velocities of driven components at `state.time`; those of prescribed displacements are central differences.
     pub fn impose_velocities(&self, body: &Body, state: &mut State, dt: f64) {
         let t = state.time;
-        for driver in self.displacement.iter().filter(|_| dt > 0.0) {
+        for driver in holding(&self.displacement, t, dt).filter(|_| dt > 0.0) {
             let v = &mut state.v[driver.component];
             driver.each(body, t + 0.5 * dt, |_, s, value| v[s] = value);
             driver.each(body, t - 0.5 * dt, |_, s, value| v[s] = (v[s] - value) / dt);
         }
-        for driver in &self.velocity {
+        for driver in holding(&self.velocity, t, dt) {
             driver.impose(body, t, &mut state.v[driver.component]);
         }
         self.impose_mirrored_velocities(body, t - 0.5 * dt, t + 0.5 * dt, state);
@@ -494,7 +545,7 @@ impl Conditions {
 
     /// Velocities that follow mirror images, the expression changing as it does from one time to another.
     fn impose_mirrored_velocities(&self, body: &Body, from: f64, to: f64, state: &mut State) {
-        for driver in self.mirrored.iter().filter(|_| to > from) {
+        for driver in holding(&self.mirrored, to, to - from).filter(|_| to > from) {
             let v = &mut state.v[driver.component];
             driver.each(body, to, |_, s, value| v[s] = value);
             driver.each(body, from, |k, s, value| {
@@ -502,6 +553,11 @@ impl Conditions {
             });
         }
     }
+}
+
+/// Those that hold in a step of `dt` that ends at `t`.
+fn holding(list: &[Driver], t: f64, dt: f64) -> impl Iterator<Item = &Driver> {
+    list.iter().filter(move |d| d.holds(t, dt))
 }
 
 /// Takes the nodes of `later` away from the earlier drivers of the same component.
@@ -546,14 +602,12 @@ fn drivers(condition: &Condition, body: &Body, engine: &Engine) -> Result<Vec<Dr
     parts
         .filter_map(|(c, e)| {
             e.as_ref().map(|e| {
-                driver(
-                    &condition.quantity,
-                    c,
-                    e,
-                    (&nodes, images.as_ref()),
-                    body,
-                    engine,
-                )
+                let (nodes, images) = (&nodes, images.as_ref());
+                let driver = driver(&condition.quantity, c, e, (nodes, images), body, engine)?;
+                Ok(Driver {
+                    until: condition.until,
+                    ..driver
+                })
             })
         })
         .collect()
@@ -605,6 +659,7 @@ fn driver(
         component,
         value,
         mirror,
+        until: f64::INFINITY,
     })
 }
 

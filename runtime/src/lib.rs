@@ -14,6 +14,7 @@ mod lane;
 pub mod language;
 pub mod law;
 mod layout;
+pub mod matching;
 pub mod observe;
 pub mod points;
 pub mod relax;

@@ -163,6 +163,7 @@ impl Simulation {
             self.dt,
         );
         self.conditions.account(&self.state, &balance);
+        self.conditions.before_kick(&self.state);
         kick(&mut self.state.v, balance.force, &self.density, half);
         self.conditions
             .loads
@@ -352,7 +353,8 @@ impl Simulation {
             self.initial_energy = energy;
         }
         if self.spec.energy.is_some() && self.spec.rates.is_empty() {
-            row.lost = self.initial_energy + row.work_conditions + row.work_contact - energy;
+            row.lost =
+                self.initial_energy + row.work_conditions + row.work_contact - row.left - energy;
         }
         let put_in = [row.work_conditions, row.work_contact, self.contact.drive()];
         self.watch.look(energy, self.initial_energy, put_in);

@@ -61,6 +61,7 @@ pub(crate) fn block(cells: [f64; 3], flavour: Flavour, s0: f64) -> Setup {
         cracks: vec![],
         no_fail: vec![],
         indenters: vec![],
+        matching: vec![],
         step: StepRule::Fixed(0.1),
         end: End::Steps(10),
         outputs: Outputs {
@@ -76,6 +77,7 @@ fn set(region: Shape, quantity: Quantity, value: Vec<Option<Expression>>) -> Con
         quantity,
         value,
         mirror: None,
+        until: f64::INFINITY,
     }
 }
 
@@ -146,6 +148,7 @@ fn again(setup: &Setup) -> Setup {
         cracks: setup.cracks.clone(),
         no_fail: setup.no_fail.clone(),
         indenters: setup.indenters.clone(),
+        matching: setup.matching.clone(),
         outputs: setup.outputs.clone(),
         density: setup.density.clone(),
         ..*setup

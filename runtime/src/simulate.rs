@@ -7,6 +7,7 @@ use crate::contact::{Contact, Indenter};
 use crate::density::Density;
 use crate::engine::{Breaking, Engine, Law, Settings, SetupError, State, Stray, Traversal};
 use crate::error::InputError;
+use crate::matching::{self, Face, Matching};
 use crate::observe::{Outputs, Row, Timings};
 use crate::relax::{self, Relaxation};
 use crate::run::Watch;
@@ -32,6 +33,8 @@ pub struct Setup {
     /// Bonds with an end in one of these never break.
     pub no_fail: Vec<Shape>,
     pub indenters: Vec<Indenter>,
+    /// Sides that let waves out.
+    pub matching: Vec<Matching>,
     pub step: StepRule,
     pub end: End,
     pub outputs: Outputs,
@@ -79,6 +82,8 @@ pub struct Simulation {
     pub horizon: f64,
     pub reach: f64,
     pub indenters: Vec<Indenter>,
+    /// Matching boundaries, in the order in which they are stepped.
+    pub faces: Vec<Face>,
     /// [s]; 0 when the forces are evaluated only once.
     pub dt: f64,
     /// How `dt` was found; `None` when the user gave it.
@@ -161,7 +166,15 @@ impl Simulation {
         check(&setup)?;
         let spec = setup.law.spec.clone();
         let scene = fingerprint(&setup, &spec)?;
-        let no_fail = no_fail(&setup)?;
+        let faces = matching::faces(
+            &setup.matching,
+            &setup.body,
+            &setup.law,
+            &setup.settings,
+            &setup.density,
+        )
+        .map_err(|e| e.about("matching"))?;
+        let no_fail = no_fail(&setup, &faces)?;
         let partial_volume = setup.settings.partial_volume;
         let without = setup.settings.without.clone();
         let mut engine =
@@ -171,7 +184,7 @@ impl Simulation {
                 }
                 e => InputError::new(e.to_string(), ""),
             })?;
-        if !setup.no_fail.is_empty() {
+        if !no_fail.is_empty() {
             engine.no_fail(&no_fail);
         }
         let mut state = engine.state();
@@ -180,7 +193,7 @@ impl Simulation {
         engine
             .settle(&mut state)
             .map_err(|s| strayed(&s, &setup.body))?;
-        let conditions = Conditions::new(&setup.conditions, &setup.body, &engine)?;
+        let conditions = Conditions::new(&setup.conditions, &faces, &setup.body, &engine)?;
         conditions.start(&setup.body, &mut state);
         let contact = contact(
             &setup.indenters,
@@ -208,6 +221,7 @@ impl Simulation {
             horizon,
             reach,
             indenters: setup.indenters,
+            faces,
             dt: 0.0,
             stable: None,
             stages: 0,
@@ -256,6 +270,7 @@ impl Simulation {
         self.broken_at_measure = saved.broken_at_measure;
         self.initial_energy = saved.initial_energy;
         self.conditions.work = saved.work;
+        self.conditions.left = saved.left;
         self.contact.restore(&saved.reactions);
         self.last_checkpoint = Some(path.to_path_buf());
         match self.rule {
@@ -288,6 +303,7 @@ impl Simulation {
             broken_at_measure: self.broken_at_measure,
             initial_energy: self.initial_energy,
             work: self.conditions.work,
+            left: self.conditions.left,
             reactions: self.contact.reactions(),
         }
     }
@@ -534,7 +550,13 @@ fn strayed(stray: &Stray, body: &Body) -> InputError {
     )
 }
 
-fn no_fail(setup: &Setup) -> Result<Vec<bool>, InputError> {
+/// Nodes whose bonds never break; empty where all may. Those of matching boundaries are among them: behind a crack no
+/// wave would be the one that is matched.
+fn no_fail(setup: &Setup, faces: &[Face]) -> Result<Vec<bool>, InputError> {
+    let faces = if setup.law.spec.breaks { faces } else { &[] };
+    if setup.no_fail.is_empty() && faces.is_empty() {
+        return Ok(Vec::new());
+    }
     let mut flags = vec![false; setup.body.x.len()];
     for region in &setup.no_fail {
         region.check()?;
@@ -546,6 +568,9 @@ fn no_fail(setup: &Setup) -> Result<Vec<bool>, InputError> {
             ));
         }
         nodes.iter().for_each(|&n| flags[n as usize] = true);
+    }
+    for (node, flag) in flags.iter_mut().enumerate() {
+        *flag |= faces.iter().any(|f| f.holds(node, &setup.body));
     }
     Ok(flags)
 }
@@ -601,6 +626,7 @@ fn fingerprint(setup: &Setup, spec: &Spec) -> Result<u64, InputError> {
         &setup.cracks,
         &setup.no_fail,
         &setup.indenters,
+        &setup.matching,
     ));
     Ok(f.0)
 }

@@ -40,6 +40,7 @@ pub fn save(file: &Path, state: &State) {
         broken_at_measure: 0,
         initial_energy: 0.0,
         work: 0.0,
+        left: 0.0,
         reactions: vec![],
     };
     checkpoint::write(file, IDENTITY, &snapshot).expect("the file can be written");

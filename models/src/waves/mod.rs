@@ -27,7 +27,8 @@ use std::f64::consts::PI;
 pub use branches::{Follower, Wave};
 pub use continuum::Moving;
 pub use hermitian::Hermitian;
-pub use stencil::{Block, Stencil, root_series};
+pub use pdlang_runtime::matching::root_series;
+pub use stencil::{Block, Stencil};
 pub use zone::{NOTHING, ZeroMode, Zone};
 
 use crate::verify::ask::{self, Case};

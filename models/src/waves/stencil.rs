@@ -6,7 +6,7 @@
 //! derivatives, its Taylor coefficients, and the chain of lattice planes that a wave along an axis sees.
 
 use pdlang::ir::{Flavour, Response, Shape};
-use pdlang_runtime::spec::{Spec, Stage};
+use pdlang_runtime::spec::Stage;
 
 use super::hermitian::{Hermitian, Matrix};
 use crate::verify::ask::{self, Case};
@@ -263,23 +263,6 @@ impl Stencil {
     }
 }
 
-/// Coefficients `a_1, a_3, ..` of `Omega = a_1 k - a_3 k^3 + a_5 k^5 - ..` of a scalar wave, in `i Omega = a_1 (ik) + a_3
-/// (ik)^3 + ..`, from those of `Omega^2 = p_1 k^2 + p_2 k^4 + ..` (of [`Stencil::taylor`], over the density). `a_1` is
-/// the speed [m/s]; empty where there is none.
-pub fn root_series(p: &[f64]) -> Vec<f64> {
-    let Some(first) = p.first().filter(|p| **p > 0.0) else {
-        return Vec::new();
-    };
-    // (i Omega)^2 in powers of (ik)^2 has the signs of p turned at every second one.
-    let signed = |m: usize| if m.is_multiple_of(2) { p[m] } else { -p[m] };
-    let mut a = vec![first.sqrt()];
-    for m in 1..p.len() {
-        let products: f64 = (1..m).map(|r| a[r] * a[m - r]).sum();
-        a.push((signed(m) - products) / (2.0 * a[0]));
-    }
-    a
-}
-
 /// Sines and cosines by axis and step.
 struct Halves {
     reach: i32,
@@ -334,7 +317,7 @@ fn periodic(subject: &Subject, flavour: Flavour, stage: Stage) -> Result<(Case, 
     let dim = flavour.dim();
     let spec = subject.compiled(flavour)?.spec;
     let reach = (subject.reach + 1e-9).floor();
-    let side = 2.0 * f64::from(rings(&spec, stage)) * reach + 1.0;
+    let side = 2.0 * f64::from(spec.rings(stage)) * reach + 1.0;
     let ball = [2.0, 3.2, 4.2][dim - 1] * subject.reach.powi(dim as i32);
     let bonds = side.powi(dim as i32) * ball;
     if bonds > MOST_BONDS {
@@ -352,22 +335,4 @@ fn periodic(subject: &Subject, flavour: Flavour, stage: Stage) -> Result<(Case, 
         dim,
     };
     Ok((case, near))
-}
-
-/// How many horizons the sweeps of a stage look far: one more wherever bonds read what such a sweep has written.
-fn rings(spec: &Spec, stage: Stage) -> u32 {
-    let mut far = vec![0_u32; spec.slots.len()];
-    let mut most = 1;
-    for sweep in spec.sweeps.iter().filter(|s| s.stage == stage) {
-        let farthest = |slots: &[u32]| slots.iter().map(|s| far[*s as usize]).max().unwrap_or(0);
-        let mut own = farthest(&sweep.own);
-        if !sweep.bond.ops.is_empty() {
-            own = own.max(1 + farthest(&sweep.nbr));
-        }
-        most = most.max(own);
-        for slot in &sweep.out {
-            far[*slot as usize] = own;
-        }
-    }
-    most
 }

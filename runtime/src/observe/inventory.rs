@@ -216,6 +216,9 @@ fn surroundings(list: &mut List, sim: &Simulation, report: &Report) {
         "on the nodes of their regions",
         "no node has any",
     );
+    for face in &sim.faces {
+        list.add("matching boundary", true, face.to_string());
+    }
     let engine = &sim.engine;
     let why = match (engine.sleeps(), engine.can_sleep()) {
         (true, _) => {

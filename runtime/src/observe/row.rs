@@ -19,6 +19,8 @@ pub struct Row {
     pub work_conditions: f64,
     /// Work of the spheres on the body since the start [J].
     pub work_contact: f64,
+    /// What has left through matching boundaries since the start [J].
+    pub left: f64,
     /// Energy that bonds took with them when they broke [J]: what is missing in the balance.
     pub lost: f64,
     /// Broken bonds, each counted once.
@@ -59,13 +61,14 @@ impl Row {
     }
 
     /// The columns of `history.csv` that every law has, in order; those of the fields follow.
-    pub const COLUMNS: [&str; 21] = [
+    pub const COLUMNS: [&str; 22] = [
         "step",
         "time_s",
         "kinetic_J",
         "strain_J",
         "work_conditions_J",
         "work_contact_J",
+        "left_J",
         "lost_J",
         "broken_bonds",
         "broken_fraction",
@@ -106,6 +109,7 @@ impl Row {
             self.strain,
             Some(self.work_conditions),
             Some(self.work_contact),
+            Some(self.left),
             Some(self.lost),
         ];
         let written = |v: &Option<f64>| v.map_or(String::new(), |v| format!("{v:e}"));
@@ -148,6 +152,7 @@ impl Row {
             strain: strain(sim),
             work_conditions: sim.conditions.work,
             work_contact: sim.contact.work(),
+            left: sim.conditions.left,
             lost: 0.0,
             broken: sim.broken / 2,
             broken_fraction: if bonds > 0 {

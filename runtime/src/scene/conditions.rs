@@ -86,11 +86,12 @@ fn read(
     } else {
         None
     };
+    let until = until(&section, coordinates);
     let given: Vec<&Target> = targets
         .iter()
         .filter(|t| section.value(&t.0).is_some())
         .collect();
-    let silent = ["region", "mirror"];
+    let silent = ["region", "mirror", "until"];
     if given.is_empty()
         && section
             .entries()
@@ -129,9 +130,20 @@ fn read(
                 quantity: t.1.clone(),
                 value: value?,
                 mirror,
+                until: until?,
             })
         })
         .collect()
+}
+
+/// The time after which a condition no longer holds: never, where none is given. Initial values have no such key.
+fn until(section: &Section<'_>, coordinates: usize) -> Option<f64> {
+    if coordinates < WITH_TIME || section.value("until").is_none() {
+        return Some(f64::INFINITY);
+    }
+    section
+        .positive("until", dimension::TIME)
+        .map(|until| until.value)
 }
 
 /// Complains about motion where the law has none.

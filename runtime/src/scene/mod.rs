@@ -10,6 +10,7 @@ mod document;
 mod family;
 mod formula;
 pub mod implied;
+mod matching;
 mod material;
 pub mod node_table;
 mod output;
@@ -33,6 +34,7 @@ use crate::conditions::Condition;
 use crate::contact::Indenter;
 use crate::language::Language;
 use crate::language::dimension::LENGTH;
+use crate::matching::Matching;
 use crate::observe::Outputs;
 use crate::shape::{Shape, Surface};
 use crate::simulate::{End, StepRule};
@@ -55,6 +57,7 @@ pub struct Scene {
     pub initial: Vec<Condition>,
     pub conditions: Vec<Condition>,
     pub indenters: Vec<Indenter>,
+    pub matching: Vec<Matching>,
     pub end: End,
     pub step: StepRule,
     /// Whether sweeps may leave out the chunks in which nothing changes.
@@ -71,6 +74,8 @@ struct Source {
     path: String,
     text: String,
     body: Range<usize>,
+    /// Of the first matching boundary.
+    matching: Range<usize>,
 }
 
 impl Scene {
@@ -108,6 +113,7 @@ impl Scene {
                 path: shown.clone(),
                 text: text.into(),
                 body: 0..0,
+                matching: 0..0,
             };
             let root = Section::new(&reader, "the scene", text.len()..text.len(), &entries);
             if let Some(scene) = read(root, name, source)
@@ -143,7 +149,16 @@ fn read(root: Section<'_>, name: String, source: Source) -> Option<Scene> {
         .and_then(time::read);
     let material = root.section("material");
     let material = root.require("material", material, "{ model = \"pmb\", .. }");
-    let lists = ["crack", "no_fail", "indenter", "initial", "condition"].map(|k| root.sections(k));
+    let lists = [
+        "crack",
+        "no_fail",
+        "indenter",
+        "initial",
+        "condition",
+        "matching",
+    ];
+    let lists = lists.map(|k| root.sections(k));
+    let sides = lists[5].first().map_or(0..0, |s| s.span.clone());
     let output = root.section("output");
     root.finish();
 
@@ -155,7 +170,7 @@ fn read(root: Section<'_>, name: String, source: Source) -> Option<Scene> {
     let dim = flavour.dim();
     let nodes = body.and_then(|s| body::read(s, flavour, spacing.as_ref().map(|s| s.value)));
     let material = material.and_then(|s| material::read(s, dim, spacing.as_ref()));
-    let [cracks, no_fails, indenters, initial, conditions] = lists;
+    let [cracks, no_fails, indenters, initial, conditions, matched] = lists;
     let cracks = collect(cracks, |s| crack(s, dim));
     let no_fail = collect(no_fails, |s| no_fail(s, dim));
     let indenters = collect(indenters, |s| conditions::indenter(s, dim));
@@ -163,6 +178,7 @@ fn read(root: Section<'_>, name: String, source: Source) -> Option<Scene> {
     let spec = &material.law.spec;
     let initial = collect(initial, |s| conditions::initial(s, spec));
     let conditions = collect(conditions, |s| conditions::condition(s, spec));
+    let matching = collect(matched, |s| matching::read(s, spec));
     let output = output.unwrap_or_else(|| Section::new(reader, "[output]", 0..0, &[]));
     let output = output::read(output, spec, time.map(|t| t.0));
 
@@ -179,6 +195,7 @@ fn read(root: Section<'_>, name: String, source: Source) -> Option<Scene> {
         initial: initial?.into_iter().flatten().collect(),
         conditions: conditions?.into_iter().flatten().collect(),
         indenters: indenters?,
+        matching: matching?,
         end,
         step,
         sleep,
@@ -188,6 +205,7 @@ fn read(root: Section<'_>, name: String, source: Source) -> Option<Scene> {
         material,
         source: Source {
             body: place,
+            matching: sides,
             ..source
         },
     })

@@ -39,6 +39,7 @@ impl Scene {
             cracks: self.cracks.clone(),
             no_fail: self.no_fail.clone(),
             indenters: self.indenters.clone(),
+            matching: self.matching.clone(),
             step: self.step,
             end: self.end,
             outputs: self.outputs.clone(),
@@ -199,6 +200,7 @@ impl Scene {
     fn problem(&self, error: InputError) -> Problems {
         let key = match error.key {
             Some("traversal") => self.family.traversal_place.clone(),
+            Some("matching") => Some(self.source.matching.clone()),
             _ => None,
         };
         self.problem_at(key.unwrap_or(self.source.body.clone()), error)

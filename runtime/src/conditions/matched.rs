@@ -1,0 +1,188 @@
+//! Nodes of matching boundaries: every component follows its neighbours inwards, from the interior outwards.
+
+use super::Driver;
+use crate::body::Body;
+use crate::engine::{Engine, State};
+use crate::error::InputError;
+use crate::matching::{Coefficients, Face, Rule, end};
+use std::collections::{BTreeMap, HashSet};
+
+/// One component of the nodes of one side.
+pub(super) struct Matched {
+    pub component: usize,
+    /// Slots, each behind those that it follows.
+    pub slots: Vec<u32>,
+    /// Slots of the neighbours inwards, as many as the order for every node.
+    inward: Vec<u32>,
+    coefficients: Coefficients,
+    rule: Rule,
+    /// Before the drift, where a node and its neighbours inwards were; and its velocity, which no force changes.
+    before: Vec<f64>,
+    velocity: Vec<f64>,
+}
+
+impl Matched {
+    fn remember(&mut self, state: &State) {
+        let u = &state.u[self.component];
+        let order = self.coefficients.order();
+        self.before.clear();
+        for (s, inward) in self.slots.iter().zip(self.inward.chunks_exact(order)) {
+            self.before.push(u[*s as usize]);
+            self.before.extend(inward.iter().map(|s| u[*s as usize]));
+        }
+    }
+
+    /// Puts the nodes where their condition has them, their neighbours inwards having moved. Returns the largest motion.
+    fn follow(&self, state: &mut State, dt: f64) -> f64 {
+        let (u, v) = (&mut state.u[self.component], &mut state.v[self.component]);
+        let order = self.coefficients.order();
+        let mut largest = 0.0_f64;
+        let nodes = self.slots.iter().zip(self.inward.chunks_exact(order));
+        for ((s, inward), before) in nodes.zip(self.before.chunks_exact(order + 1)) {
+            let inward = inward.iter().zip(&before[1..]);
+            let inward = inward.map(|(s, was)| (*was, u[*s as usize] - was));
+            let went = self.coefficients.step(self.rule, dt, before[0], inward);
+            u[*s as usize] = before[0] + went;
+            v[*s as usize] = went / dt;
+            largest = largest.max(went.abs());
+        }
+        largest
+    }
+}
+
+/// All nodes of all sides, in the order in which they are stepped.
+#[derive(Default)]
+pub(super) struct Boundaries(pub Vec<Matched>);
+
+impl Boundaries {
+    /// Finds the nodes. Where the motion is prescribed, that holds.
+    ///
+    /// # Errors
+    /// A side that is not a whole plane of the lattice, as far in as its condition reaches.
+    pub fn new(
+        faces: &[Face],
+        body: &Body,
+        engine: &Engine,
+        driven: &[&[Driver]],
+    ) -> Result<Boundaries, InputError> {
+        let mut list = Vec::new();
+        for (k, face) in faces.iter().enumerate() {
+            let planes = planes(face, body)?;
+            for (component, waves) in face.components.iter().enumerate() {
+                let held: HashSet<u32> = driven
+                    .iter()
+                    .copied()
+                    .flatten()
+                    .filter(|d| d.component == component)
+                    .flat_map(|d| d.nodes.iter().copied())
+                    .collect();
+                let mut matched = Matched {
+                    component,
+                    slots: Vec::new(),
+                    inward: Vec::new(),
+                    coefficients: waves.coefficients.clone(),
+                    rule: face.rule,
+                    before: Vec::new(),
+                    velocity: Vec::new(),
+                };
+                // From the interior outwards.
+                for layer in (0..face.layers).rev() {
+                    for column in &planes {
+                        let node = column[layer];
+                        // A corner belongs to the side of the last direction.
+                        let later = faces[k..].iter().filter(|f| f.side.axis > face.side.axis);
+                        if held.contains(&node)
+                            || later.into_iter().any(|f| f.holds(node as usize, body))
+                        {
+                            continue;
+                        }
+                        let slot = |node: &u32| engine.slot(*node as usize) as u32;
+                        matched.slots.push(slot(&node));
+                        let inwards = &column[layer + 1..][..waves.coefficients.order()];
+                        matched.inward.extend(inwards.iter().map(slot));
+                    }
+                }
+                list.push(matched);
+            }
+        }
+        Ok(Boundaries(list))
+    }
+
+    pub fn before_drift(&mut self, state: &State) {
+        for matched in &mut self.0 {
+            matched.remember(state);
+        }
+    }
+
+    /// The velocities of the last step, for a step whose parts see the nodes on their way.
+    pub fn steer(&self, state: &mut State) {
+        for matched in &self.0 {
+            let v = &mut state.v[matched.component];
+            for (s, v_s) in matched.slots.iter().zip(&matched.velocity) {
+                v[*s as usize] = *v_s;
+            }
+        }
+    }
+
+    pub fn after_drift(&self, state: &mut State, dt: f64) -> f64 {
+        let moved = self.0.iter().map(|m| m.follow(state, dt));
+        moved.fold(0.0, f64::max)
+    }
+
+    /// Velocities that no kick is to change.
+    pub fn hold(&mut self, state: &State) {
+        for matched in &mut self.0 {
+            let v = &state.v[matched.component];
+            matched.velocity.clear();
+            let slots = matched.slots.iter();
+            matched.velocity.extend(slots.map(|s| v[*s as usize]));
+        }
+    }
+}
+
+/// The nodes of a face by columns, from the outermost one inwards as far as its condition reads.
+fn planes(face: &Face, body: &Body) -> Result<Vec<Vec<u32>>, InputError> {
+    let (Some(grid), Some(end)) = (&body.grid, end(face.side, body)) else {
+        return Ok(Vec::new());
+    };
+    let order = face.components.iter().map(|w| w.coefficients.order());
+    let deep = face.layers + order.max().unwrap_or(1);
+    let mut columns: BTreeMap<[u32; 3], Vec<Option<u32>>> = BTreeMap::new();
+    for (node, cell) in grid.cell.iter().enumerate() {
+        let depth = cell[face.side.axis].abs_diff(end) as usize;
+        if depth < deep {
+            let mut at = *cell;
+            at[face.side.axis] = 0;
+            columns.entry(at).or_insert_with(|| vec![None; deep])[depth] = Some(node as u32);
+        }
+    }
+    let mut found = Vec::with_capacity(columns.len());
+    for column in columns.into_values() {
+        let whole: Option<Vec<u32>> = column.iter().copied().collect();
+        let Some(whole) = whole else {
+            let (Some(node), Some(gap)) = (
+                column.iter().flatten().next(),
+                column.iter().position(Option::is_none),
+            ) else {
+                continue;
+            };
+            let x = body.x[*node as usize]
+                .map(|x| format!("{x:.4e}"))
+                .join(", ");
+            return Err(InputError::new(
+                format!(
+                    "the side {} is no plane of the lattice: the row of node {node} at ({x}) m has no node {gap} spacings \
+                     inside of it",
+                    face.side.name()
+                ),
+                format!(
+                    "a matching boundary takes a flat side without holes, {deep} planes of nodes deep"
+                ),
+            )
+            .about("matching"));
+        };
+        found.push(whole);
+    }
+
+    Ok(found)
+}

@@ -1,0 +1,321 @@
+//! Boundaries that let waves out: sides of a lattice whose nodes follow the waves that leave instead of a force.
+//!
+//! On the outer `layers` planes of a side every component of the displacement obeys `sum c_j u'_j = sum b_j u_j`, over
+//! the node itself (`j = 0`) and its `order` neighbours inwards. The coefficients are those for which a plane wave that
+//! leaves along the normal fulfils the condition to the order `2 N` of its wave number (Wang, Zhang and Tang, nonlocal
+//! matching boundary conditions, eq. 45 to 51 and 60); they follow from the law's own dispersion on the lattice, one
+//! chain of lattice planes for every component (`chain.rs`), and so serve any law. With as many layers as the law
+//! reaches planes far, every node that moves by its force has whole families, and so have the nodes of these.
+//!
+//! Not every order is stable: `growth.rs` decides before a run.
+
+mod chain;
+mod coefficients;
+mod growth;
+
+pub use chain::Chain;
+pub use coefficients::{Coefficients, Rule, root_series};
+pub use growth::{Growth, growth};
+
+use crate::body::Body;
+use crate::engine::{Law, Settings};
+use crate::error::InputError;
+
+/// The highest order there is.
+pub const MOST: usize = 4;
+/// Growth up to this share of the largest frequency is none [1].
+pub const STILL: f64 = 1e-8;
+
+/// A side of a body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Side {
+    pub axis: usize,
+    /// Whether it is the one of the largest coordinates.
+    pub high: bool,
+}
+
+impl Side {
+    pub const NAMES: [&str; 6] = ["-x", "+x", "-y", "+y", "-z", "+z"];
+
+    pub fn name(self) -> &'static str {
+        Side::NAMES[2 * self.axis + usize::from(self.high)]
+    }
+
+    /// All sides of a body of `dim` dimensions.
+    pub fn all(dim: usize) -> impl Iterator<Item = Side> {
+        (0..2 * dim).map(|k| Side {
+            axis: k / 2,
+            high: k % 2 == 1,
+        })
+    }
+}
+
+/// What displacements across the normal match.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Tangential {
+    /// Waves of their own: those that shake across their way.
+    #[default]
+    Own,
+    /// The waves of the normal component, as the paper has it: a control.
+    Normal,
+}
+
+/// What a scene says about matching boundaries.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Matching {
+    pub sides: Vec<Side>,
+    /// `N`, from 1 to [`MOST`].
+    pub order: usize,
+    /// Planes of nodes; `None`: as many as the law reaches.
+    pub layers: Option<usize>,
+    pub rule: Rule,
+    pub tangential: Tangential,
+    /// Whether an order that grows is run nevertheless.
+    pub unstable: bool,
+}
+
+/// A side with all that its nodes need.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Face {
+    pub side: Side,
+    pub layers: usize,
+    pub rule: Rule,
+    /// One per component of the displacement.
+    pub components: Vec<Waves>,
+    /// Material of the side.
+    pub material: usize,
+}
+
+impl std::fmt::Display for Face {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let order = self
+            .components
+            .first()
+            .map_or(0, |w| w.coefficients.order());
+        let planes = if self.layers == 1 { "plane" } else { "planes" };
+        write!(
+            f,
+            "side {}, order {order}, {} {planes} of nodes",
+            self.side.name(),
+            self.layers
+        )?;
+        if let Some(normal) = self.components.get(self.side.axis) {
+            let back = |n: f64| 100.0 * normal.reflection(2.0 * std::f64::consts::PI / n);
+            write!(
+                f,
+                "; of waves of 10, 20, 40 spacings {:.2}, {:.2}, {:.3} % come back",
+                back(10.0),
+                back(20.0),
+                back(40.0)
+            )?;
+        }
+        Ok(())
+    }
+}
+
+impl Waves {
+    /// Amplitude of what comes back of a wave whose phase turns by `phase` from plane to plane, over its own.
+    pub fn reflection(&self, phase: f64) -> f64 {
+        let omega = self.chain.square(phase).max(0.0).sqrt();
+        self.coefficients.reflection(phase, omega)
+    }
+}
+
+impl Face {
+    /// Whether a node is in its layers.
+    pub(crate) fn holds(&self, node: usize, body: &Body) -> bool {
+        let (Some(grid), Some(end)) = (&body.grid, end(self.side, body)) else {
+            return false;
+        };
+        (grid.cell[node][self.side.axis].abs_diff(end) as usize) < self.layers
+    }
+}
+
+/// What a component follows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Waves {
+    pub coefficients: Coefficients,
+    pub chain: Chain,
+    pub growth: Growth,
+}
+
+/// Coefficients and layers of every side, each once.
+///
+/// # Errors
+/// A body without a grid, a side that is given twice, is periodic or no plane of the lattice, an order that cannot be had
+/// or would grow.
+pub(crate) fn faces(
+    list: &[Matching],
+    body: &Body,
+    law: &Law,
+    settings: &Settings,
+    density: &[f64],
+) -> Result<Vec<Face>, InputError> {
+    let mut faces: Vec<Face> = Vec::new();
+    for matching in list {
+        for side in &matching.sides {
+            if faces.iter().any(|f| f.side == *side) {
+                return Err(InputError::new(
+                    format!("the side {} has two matching boundaries", side.name()),
+                    "name every side once",
+                ));
+            }
+            faces.push(face(matching, *side, body, law, settings, density)?);
+        }
+    }
+    faces.sort_by_key(|f| f.side.axis);
+    room(&faces, body)?;
+    Ok(faces)
+}
+
+fn face(
+    matching: &Matching,
+    side: Side,
+    body: &Body,
+    law: &Law,
+    settings: &Settings,
+    density: &[f64],
+) -> Result<Face, InputError> {
+    let name = side.name();
+    if law.spec.force.is_empty() {
+        return Err(InputError::new(
+            format!(
+                "`{}` has no force, so that no wave of it can be matched",
+                law.spec.law
+            ),
+            "matching boundaries are for laws that move",
+        ));
+    }
+    if body.periodic[side.axis].is_some() {
+        return Err(InputError::new(
+            format!("the body is periodic across its side {name}"),
+            "a matching boundary is the end of a body: name another side",
+        ));
+    }
+    if !body.horizon.is_empty() {
+        return Err(InputError::new(
+            "matching boundaries take one horizon, and nodes of the body have their own",
+            "give a constant horizon",
+        ));
+    }
+    let material = plane_material(side, body)?;
+    let components = (0..body.flavour.dim())
+        .map(|a| waves(matching, side, a, body, law, settings, (material, density)))
+        .collect::<Result<Vec<Waves>, InputError>>()?;
+    let reach = components.iter().map(|w| w.chain.looks).max();
+    Ok(Face {
+        side,
+        layers: matching.layers.unwrap_or(reach.unwrap_or(1)),
+        rule: matching.rule,
+        components,
+        material,
+    })
+}
+
+/// The coefficients of a component.
+fn waves(
+    matching: &Matching,
+    side: Side,
+    component: usize,
+    body: &Body,
+    law: &Law,
+    settings: &Settings,
+    (material, density): (usize, &[f64]),
+) -> Result<Waves, InputError> {
+    let follows = match matching.tangential {
+        Tangential::Own => component,
+        Tangential::Normal => side.axis,
+    };
+    let chain =
+        chain::of_law(body, law, settings, material, side.axis, follows)?.over(density[material]);
+    let of = |order| Coefficients::of(&chain.series(order), order, chain.spacing);
+    let named = ["x", "y", "z"][component];
+    let why = |what: &str| {
+        let largest = (1..matching.order)
+            .rev()
+            .find(|n| of(*n).is_some_and(|c| growth(&chain, &c, matching.rule).rate <= STILL));
+        InputError::new(
+            format!(
+                "a matching boundary of order {} on the side {} {what} (component {named})",
+                matching.order,
+                side.name()
+            ),
+            match largest {
+                Some(order) => format!("the largest order that works here is {order}"),
+                None => "no order works here: use an absorbing layer".into(),
+            },
+        )
+    };
+    let Some(coefficients) = of(matching.order) else {
+        return Err(match chain.series(1).is_empty() {
+            true => why("has no wave to match: nothing resists this motion"),
+            false => why("has no coefficients: their equations are singular"),
+        });
+    };
+    let growth = growth(&chain, &coefficients, matching.rule);
+    if growth.rate > STILL && !matching.unstable {
+        return Err(why(&growth.sentence(&chain, &coefficients)));
+    }
+    Ok(Waves {
+        coefficients,
+        chain,
+        growth,
+    })
+}
+
+/// The material of the outermost nodes.
+fn plane_material(side: Side, body: &Body) -> Result<usize, InputError> {
+    let Some(grid) = &body.grid else {
+        return Err(InputError::new(
+            "matching boundaries are planes of a lattice, and the nodes of this body are not on one",
+            "give the body by its shape and spacing, or use an absorbing layer",
+        ));
+    };
+    let end = end(side, body);
+    let outer = grid.cell.iter().zip(0..);
+    let outer = outer.filter(|(c, _)| Some(c[side.axis]) == end);
+    let mut materials =
+        outer.map(|(_, node): (_, usize)| body.material.get(node).copied().unwrap_or(0) as usize);
+    let first = materials.next().unwrap_or(0);
+    if materials.any(|m| m != first) {
+        return Err(InputError::new(
+            format!("the side {} has several materials", side.name()),
+            "a matching boundary takes one",
+        ));
+    }
+    Ok(first)
+}
+
+/// Coordinate of the outermost plane of cells; `None` of an empty body.
+pub(crate) fn end(side: Side, body: &Body) -> Option<u32> {
+    let cells = body.grid.as_ref()?.cell.iter().map(|c| c[side.axis]);
+    match side.high {
+        true => cells.max(),
+        false => cells.min(),
+    }
+}
+
+/// Whether the body is thick enough for what stands on two opposite sides.
+fn room(faces: &[Face], body: &Body) -> Result<(), InputError> {
+    for axis in 0..body.flavour.dim() {
+        let of_axis: Vec<&Face> = faces.iter().filter(|f| f.side.axis == axis).collect();
+        let ends = [false, true].map(|high| end(Side { axis, high }, body));
+        let (Some(first), [Some(low), Some(high)]) = (of_axis.first(), ends) else {
+            continue;
+        };
+        let order = |f: &Face| f.components.iter().map(|w| w.coefficients.order()).max();
+        let inner = of_axis.iter().filter_map(|f| order(f)).max().unwrap_or(1);
+        let needed = of_axis.iter().map(|f| f.layers).sum::<usize>() + inner;
+        let planes = (high - low) as usize + 1;
+        if planes < needed {
+            return Err(InputError::new(
+                format!(
+                    "the body is {planes} planes of nodes thick across its side {}, and matching boundaries need {needed}",
+                    first.side.name()
+                ),
+                "make the body thicker, or the horizon shorter",
+            ));
+        }
+    }
+    Ok(())
+}
