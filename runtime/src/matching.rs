@@ -78,6 +78,8 @@ pub struct Matching {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Face {
     pub side: Side,
+    /// Coordinate of the outermost plane of cells.
+    pub end: u32,
     pub layers: usize,
     pub rule: Rule,
     /// One per component of the displacement.
@@ -124,10 +126,8 @@ impl Waves {
 impl Face {
     /// Whether a node is in its layers.
     pub(crate) fn holds(&self, node: usize, body: &Body) -> bool {
-        let (Some(grid), Some(end)) = (&body.grid, end(self.side, body)) else {
-            return false;
-        };
-        (grid.cell[node][self.side.axis].abs_diff(end) as usize) < self.layers
+        let cell = body.grid.as_ref().map(|g| g.cell[node]);
+        cell.is_some_and(|c| (c[self.side.axis].abs_diff(self.end) as usize) < self.layers)
     }
 }
 
@@ -198,13 +198,14 @@ fn face(
             "give a constant horizon",
         ));
     }
-    let material = plane_material(side, body)?;
+    let (end, material) = outermost(side, body)?;
     let components = (0..body.flavour.dim())
         .map(|a| waves(matching, side, a, body, law, settings, (material, density)))
         .collect::<Result<Vec<Waves>, InputError>>()?;
     let reach = components.iter().map(|w| w.chain.looks).max();
     Ok(Face {
         side,
+        end,
         layers: matching.layers.unwrap_or(reach.unwrap_or(1)),
         rule: matching.rule,
         components,
@@ -263,19 +264,23 @@ fn waves(
     })
 }
 
-/// The material of the outermost nodes.
-fn plane_material(side: Side, body: &Body) -> Result<usize, InputError> {
+/// Coordinate and material of the outermost plane of cells.
+fn outermost(side: Side, body: &Body) -> Result<(u32, usize), InputError> {
     let Some(grid) = &body.grid else {
         return Err(InputError::new(
             "matching boundaries are planes of a lattice, and the nodes of this body are not on one",
             "give the body by its shape and spacing, or use an absorbing layer",
         ));
     };
-    let end = end(side, body);
-    let outer = grid.cell.iter().zip(0..);
-    let outer = outer.filter(|(c, _)| Some(c[side.axis]) == end);
-    let mut materials =
-        outer.map(|(_, node): (_, usize)| body.material.get(node).copied().unwrap_or(0) as usize);
+    let along = || grid.cell.iter().map(|c| c[side.axis]);
+    let end = if side.high {
+        along().max()
+    } else {
+        along().min()
+    }
+    .unwrap_or(0);
+    let outer = along().enumerate().filter(|(_, c)| *c == end);
+    let mut materials = outer.map(|(node, _)| body.material.get(node).copied().unwrap_or(0));
     let first = materials.next().unwrap_or(0);
     if materials.any(|m| m != first) {
         return Err(InputError::new(
@@ -283,24 +288,21 @@ fn plane_material(side: Side, body: &Body) -> Result<usize, InputError> {
             "a matching boundary takes one",
         ));
     }
-    Ok(first)
-}
-
-/// Coordinate of the outermost plane of cells; `None` of an empty body.
-pub(crate) fn end(side: Side, body: &Body) -> Option<u32> {
-    let cells = body.grid.as_ref()?.cell.iter().map(|c| c[side.axis]);
-    match side.high {
-        true => cells.max(),
-        false => cells.min(),
-    }
+    Ok((end, first.into()))
 }
 
 /// Whether the body is thick enough for what stands on two opposite sides.
 fn room(faces: &[Face], body: &Body) -> Result<(), InputError> {
+    let along = |axis: usize| {
+        body.grid
+            .iter()
+            .flat_map(move |g| g.cell.iter().map(move |c| c[axis]))
+    };
     for axis in 0..body.flavour.dim() {
         let of_axis: Vec<&Face> = faces.iter().filter(|f| f.side.axis == axis).collect();
-        let ends = [false, true].map(|high| end(Side { axis, high }, body));
-        let (Some(first), [Some(low), Some(high)]) = (of_axis.first(), ends) else {
+        let (Some(first), Some(low), Some(high)) =
+            (of_axis.first(), along(axis).min(), along(axis).max())
+        else {
             continue;
         };
         let order = |f: &Face| f.components.iter().map(|w| w.coefficients.order()).max();

@@ -4,7 +4,7 @@ use super::Driver;
 use crate::body::Body;
 use crate::engine::{Engine, State};
 use crate::error::InputError;
-use crate::matching::{Coefficients, Face, Rule, end};
+use crate::matching::{Coefficients, Face, Rule};
 use std::collections::{BTreeMap, HashSet};
 
 /// One component of the nodes of one side.
@@ -142,14 +142,14 @@ impl Boundaries {
 
 /// The nodes of a face by columns, from the outermost one inwards as far as its condition reads.
 fn planes(face: &Face, body: &Body) -> Result<Vec<Vec<u32>>, InputError> {
-    let (Some(grid), Some(end)) = (&body.grid, end(face.side, body)) else {
+    let Some(grid) = &body.grid else {
         return Ok(Vec::new());
     };
     let order = face.components.iter().map(|w| w.coefficients.order());
     let deep = face.layers + order.max().unwrap_or(1);
     let mut columns: BTreeMap<[u32; 3], Vec<Option<u32>>> = BTreeMap::new();
     for (node, cell) in grid.cell.iter().enumerate() {
-        let depth = cell[face.side.axis].abs_diff(end) as usize;
+        let depth = cell[face.side.axis].abs_diff(face.end) as usize;
         if depth < deep {
             let mut at = *cell;
             at[face.side.axis] = 0;
@@ -183,6 +183,5 @@ fn planes(face: &Face, body: &Body) -> Result<Vec<Vec<u32>>, InputError> {
         };
         found.push(whole);
     }
-
     Ok(found)
 }
