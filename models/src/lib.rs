@@ -1,5 +1,6 @@
 //! The catalogue of laws, and the language as scenes use it.
 
+pub mod accuracy;
 pub mod bench;
 pub mod constants;
 pub mod files;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use pdlang_models::language::Pdlang;
-use pdlang_runtime::observe::{Files, Observer};
+use pdlang_runtime::observe::{Files, Observer, quantity};
 use pdlang_runtime::scene::Scene;
 use pdlang_runtime::simulate::Simulation;
 
@@ -400,6 +400,15 @@ fn the_square_of_the_example_drains() {
         1e4 * solid.energy(&u, 1e-4)
     };
     let (first, last) = (of(&start), of(&end));
+    // The law says the same of its displacement.
+    for (mut simulation, energy) in [(start, first), (end, last)] {
+        let density = quantity(&mut simulation, "W").expect("the energy density");
+        let sum: f64 = density.components[0].iter().sum();
+        assert!(
+            (sum / energy - 1.0).abs() < 1e-10,
+            "{sum} instead of {energy}"
+        );
+    }
     println!("{first:.6} -> {last:.4e} in {:.1?}", began.elapsed());
     assert!((first - 1.19787).abs() < 5e-6, "{first}");
     assert!((last / 1.46e-3 - 1.0).abs() < 0.02, "{last:e}");

@@ -121,3 +121,66 @@ fn forces_are_those_of_the_formulas() {
     }
     println!("largest difference {worst:.1e} of the largest force");
 }
+
+/// Shape tensor and gradient have the same influence function, so that the stress of a uniform gradient knows nothing of
+/// it, in whole families and in those that a surface, a hole or a crack has cut.
+#[test]
+fn the_stress_of_a_uniform_gradient_does_not_depend_on_the_influence() {
+    const H: Matrix = [
+        [2e-3, -1e-3, 5e-4],
+        [3e-3, -1e-3, 2e-3],
+        [-4e-4, 1e-3, 1.5e-3],
+    ];
+    let names = [
+        ("correspondence", "sigma"),
+        ("correspondence_stabilised", "sigma"),
+        ("correspondence_svk", "P"),
+    ];
+    let influences = [
+        "constant",
+        "1/x",
+        "gaussian(l = 1 mm)",
+        "softened(p = 5, eps = 1 mm)",
+    ];
+    let mut worst = 0.0_f64;
+    for (name, stress) in names {
+        let law = laws::law(name);
+        for flavour in Flavour::ALL {
+            let bodies = [bodies::carved(flavour, 3), bodies::cloud(flavour, 4)];
+            for body in bodies {
+                let horizon = 3.1 * body.spacing;
+                let broken = bodies::half_broken(&body, horizon, 5);
+                let dim = flavour.dim();
+                let moved = |x: &[f64; 3]| {
+                    let u = applied(
+                        &H,
+                        std::array::from_fn(|a| if a < dim { x[a] } else { 0.0 }),
+                    );
+                    std::array::from_fn(|a| if a < dim { u[a] } else { 0.0 })
+                };
+                let u: Vec<[f64; 3]> = body.x.iter().map(moved).collect();
+                let mut first: Option<Vec<Vec<f64>>> = None;
+                for influence in influences {
+                    let mut question = Question::at_rest(&law, body.clone());
+                    question.horizon = horizon;
+                    question.path = vec![u.clone()];
+                    question.broken.clone_from(&broken);
+                    question.influences = vec![laws::influence(influence)];
+                    question.everywhere(|what, engine| {
+                        question.ask(engine);
+                        let found = engine.named(stress).expect("the stress");
+                        let known = first.get_or_insert_with(|| found.clone());
+                        let size = known.iter().flatten().fold(0.0_f64, |m, s| m.max(s.abs()));
+                        assert!(size > 0.0, "{what}");
+                        for (a, b) in found.iter().flatten().zip(known.iter().flatten()) {
+                            let miss = (a - b).abs() / size;
+                            worst = worst.max(miss);
+                            assert!(miss <= 1e-12, "{what}: {a:e} instead of {b:e}");
+                        }
+                    });
+                }
+            }
+        }
+    }
+    println!("largest difference {worst:.1e} of the largest stress");
+}

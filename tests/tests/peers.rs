@@ -1,4 +1,4 @@
-//! The engine against LAMMPS and CabanaPD: forces under a given displacement, and motion.
+//! The engine against LAMMPS, CabanaPD and Peridigm: forces under a given displacement, and motion.
 
 use pdlang_runtime::body::{Body, Flavour, Grid};
 use pdlang_runtime::engine::{Breaking, Engine, Traversal};
@@ -241,4 +241,45 @@ fn close(what: &str, got: &[f64], expected: &[f64]) {
         .zip(expected)
         .fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()));
     assert!(gap <= 1e-12 * size, "{what}: {:e}", gap / size);
+}
+
+/// Peridigm's correspondence solid moves its stress by rates, from the velocities of the block at rest: in its first
+/// evaluation that is the strain of one step. What its rotation adds is of the order of that strain squared.
+#[test]
+fn correspondence_of_peridigm() {
+    let law = laws::law("correspondence");
+    let (e, nu) = (
+        9.0 * K * G / (3.0 * K + G),
+        (3.0 * K - 2.0 * G) / (6.0 * K + 2.0 * G),
+    );
+    let mut question = Question::at_rest(&law, body()).with(&[("E", e), ("nu", nu)]);
+    question.horizon = DELTA;
+    let start = Table::read("peridigm/nosb.0").expect("reference data");
+    let u: Vec<[f64; 3]> = (start.vectors(["vx", "vy", "vz"]).iter())
+        .map(|v| v.map(|v| DT * v))
+        .collect();
+    question.path = vec![u];
+    question.everywhere(|what, engine| {
+        let force = question.ask(engine).force;
+        let error = relative_error(&force, &start.vectors(["fx", "fy", "fz"]));
+        println!("peridigm/nosb, {what}: force {error:.1e}");
+        assert!(error <= 1e-9, "{what}: force {error:e}");
+    });
+}
+
+/// Its hourglass force after 50 steps, which is another one than that of `correspondence_stabilised`. At the start, where
+/// nothing is displaced, it has none.
+#[test]
+fn hourglass_force_of_peridigm() {
+    let law = laws::law("littlewood");
+    let mut question = Question::at_rest(&law, body()).with(&[("K", K), ("h", 0.1)]);
+    question.horizon = DELTA;
+    let later = Table::read("peridigm/nosb.50").expect("reference data");
+    question.path = vec![later.vectors(["ux", "uy", "uz"])];
+    question.everywhere(|what, engine| {
+        let force = question.ask(engine).force;
+        let error = relative_error(&force, &later.vectors(["hx", "hy", "hz"]));
+        println!("peridigm/nosb, {what}: hourglass force {error:.1e}");
+        assert!(error <= 1e-11, "{what}: hourglass force {error:e}");
+    });
 }

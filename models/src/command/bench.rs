@@ -2,6 +2,7 @@
 //! is in a file of its own,
 //! as the others are.
 
+mod accuracy;
 mod convolution;
 mod growth;
 mod scenes;
@@ -94,7 +95,7 @@ pub fn command() -> Command {
              a cube of nodes with the horizon 3.015 dx that all move; `nodes at rest` in a bar that is hit at one end.",
         );
     Command::new("bench")
-        .about("Measure speed")
+        .about("Measure speed and accuracy")
         .subcommand_required(true)
         .arg_required_else_help(true)
         .disable_help_subcommand(true)
@@ -102,6 +103,7 @@ pub fn command() -> Command {
         .subcommand(scenes)
         .subcommand(convolution::command())
         .subcommand(growth::command())
+        .subcommand(accuracy::command())
 }
 
 pub fn execute(matches: &ArgMatches) -> Outcome {
@@ -110,6 +112,7 @@ pub fn execute(matches: &ArgMatches) -> Outcome {
         Some(("scenes", matches)) => compare_scenes(matches),
         Some(("convolution", matches)) => convolution::execute(matches),
         Some(("growth", matches)) => growth::execute(matches),
+        Some(("accuracy", matches)) => accuracy::execute(matches),
         // The parser has refused everything else.
         _ => Ok(()),
     }

@@ -179,3 +179,16 @@ fn convolutions_are_timed_beside_bonds() {
     // PMB: three transforms of the displacement and three back.
     assert_eq!(rows[0]["transforms"], 6);
 }
+
+#[test]
+fn studies_are_named() {
+    let unknown = ["bench", "accuracy", "--only", "paper-pml-3a-all"];
+    let said = pdlang(&unknown, 1);
+    mentions(
+        &said,
+        &[
+            "there is no study `paper-pml-3a-all`",
+            "paper-pml-3a-energy",
+        ],
+    );
+}

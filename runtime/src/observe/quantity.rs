@@ -3,6 +3,7 @@
 use super::row::si_unit;
 use crate::error::InputError;
 use crate::simulate::Simulation;
+use crate::spec::{SlotKind, Spec, Stage};
 
 /// A quantity on every node, user order; one array per component.
 #[derive(Clone, Debug, PartialEq)]
@@ -143,11 +144,16 @@ fn known(sim: &Simulation) -> Vec<(String, usize)> {
     names
 }
 
+/// Whether it is a named value that no step needs: the sweeps of the energy form it.
+fn with_energy(spec: &Spec, name: &str) -> bool {
+    let late = |slot: &u32| spec.slots[*slot as usize].kind == SlotKind::Computed(Stage::Energy);
+    (spec.named.iter()).any(|(n, slots)| n == name && slots.iter().any(late))
+}
+
 fn all(sim: &mut Simulation, base: &str) -> Vec<Vec<f64>> {
-    let energy = if base == "energy" {
-        sim.engine.energy(&sim.state).to_vec()
-    } else {
-        Vec::new()
+    let energy = match base == "energy" || with_energy(&sim.spec, base) {
+        true => sim.engine.energy(&sim.state).to_vec(),
+        false => Vec::new(),
     };
     let user = |layout: &[f64]| {
         sim.engine
