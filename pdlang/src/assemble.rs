@@ -9,7 +9,7 @@ use crate::diag::Diagnostic;
 use crate::direct;
 use crate::ir::{ExprId, FamilyId, History, Home, Law, Reduction, Response, Shape};
 use crate::linear::{self, Keep, Linear};
-use crate::lower::{Lowering, Reading, component_name, stored_components, stored_names};
+use crate::lower::{Lowering, Reading, stored_components, stored_names};
 use crate::poly::{Algebra, Atom, AtomId, Func, Poly, StateKind};
 use crate::schedule::{Responses, Schedule};
 use crate::spec::{
@@ -461,21 +461,12 @@ fn other_answers(lowering: &mut Lowering, r: &mut Responses) {
     if let Some(e) = law.after_step {
         r.after_step = after_step(lowering, e);
     }
-    for def in law
-        .defs
-        .iter()
-        .filter(|d| d.home == Home::Node && !d.span.prelude)
-    {
-        let parts = answer(lowering, def.expr, Reading::Whole, Keep::Shown);
-        let named = parts.into_iter().enumerate().map(|(k, p)| {
-            let name = format!("{}{}", def.name, component_name(def.shape, lowering.dim, k));
-            if p.0.len() > 1 {
-                lowering.algebra.poly(Atom::Named(name, p))
-            } else {
-                p
-            }
-        });
-        r.named.push((def.name.clone(), named.collect()));
+    for (d, def) in law.defs.iter().enumerate() {
+        if def.home == Home::Node && !def.span.prelude {
+            let parts = answer(lowering, def.expr, Reading::Whole, Keep::Shown);
+            let named = lowering.name_parts(d, parts, |_, _| 1);
+            r.named.push((def.name.clone(), named));
+        }
     }
 }
 

@@ -240,28 +240,45 @@ impl<'a> Lowering<'a> {
         let law = self.law;
         let def = &law.defs[d];
         let value = self.value(def.expr, reading);
-        let value: Value = value
-            .into_iter()
-            .enumerate()
-            .map(|(k, p)| {
-                let keep = match (def.home, reading) {
-                    (Home::Constant, _) => p.0.len() > 1,
-                    // An inverse shape tensor, an extension under a given gradient: nothing to derive in it,
-                    // and long or inexact when multiplied out.
-                    _ if self.algebra.nature_of(&p).rate < Rate::Step => p.0.len() > 1,
-                    (_, Reading::Whole) => p.0.len() > 1 && !def.span.prelude,
-                    (_, Reading::Split) => p.0.len() > LONG,
-                };
-                let name = format!("{}{}", def.name, component_name(def.shape, self.dim, k));
-                if keep {
-                    self.algebra.poly(Atom::Named(name, p))
-                } else {
-                    p
-                }
-            })
-            .collect();
+        let longest = |algebra: &Algebra, p: &Poly| match (def.home, reading) {
+            (Home::Constant, _) => 1,
+            // An inverse shape tensor, an extension under a given gradient: nothing to derive in it,
+            // and long or inexact when multiplied out.
+            _ if algebra.nature_of(p).rate < Rate::Step => 1,
+            (_, Reading::Whole) if def.span.prelude => usize::MAX,
+            (_, Reading::Whole) => 1,
+            (_, Reading::Split) => LONG,
+        };
+        let value = self.name_parts(d, value, longest);
         self.defs.insert((d as u32, reading), value.clone());
         value
+    }
+
+    /// The components of a definition, with names of their own where they have more terms than `longest`. Those that are
+    /// the same share one, so that a symmetric tensor is stored by halves.
+    pub fn name_parts(
+        &mut self,
+        def: usize,
+        parts: Vec<Poly>,
+        longest: impl Fn(&Algebra, &Poly) -> usize,
+    ) -> Value {
+        let def = &self.law.defs[def];
+        let mut known: HashMap<Poly, Poly> = HashMap::new();
+        let mut named = Vec::new();
+        for (k, p) in parts.into_iter().enumerate() {
+            let keep = p.0.len() > longest(self.algebra, &p);
+            named.push(match known.get(&p) {
+                Some(same) => same.clone(),
+                None if keep => {
+                    let name = format!("{}{}", def.name, component_name(def.shape, self.dim, k));
+                    let named = self.algebra.poly(Atom::Named(name, p.clone()));
+                    known.insert(p, named.clone());
+                    named
+                }
+                None => p,
+            });
+        }
+        named
     }
 
     /// Component by component, of the arms for flavours of this dimension.
