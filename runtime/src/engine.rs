@@ -23,6 +23,7 @@ mod setup;
 mod sleep;
 #[cfg(test)]
 pub(crate) mod tests;
+mod unread;
 
 pub use crate::lane::Isa;
 pub use crate::law::Law;
@@ -41,6 +42,7 @@ use crate::spec::{InfluenceFn, SlotKind, Spec, Stage, Stepped};
 use crate::traverse::CHUNK;
 use geometry::Geometry;
 use program::Program;
+use std::collections::BTreeSet;
 
 /// What a scene says about a law.
 #[derive(Clone, Debug)]
@@ -205,6 +207,8 @@ pub struct Engine {
     redo: redo::Redo,
     sleep: sleep::Sleep,
     convolution: Option<Box<convolution::Convolution>>,
+    /// Slots that share an array, as nobody reads them.
+    unread: BTreeSet<usize>,
 }
 
 /// What belongs to the bonds of one family besides the family itself.
@@ -306,7 +310,8 @@ impl Engine {
         self.family_stage(s);
         let mut broken = 0;
         for k in 0..self.programs.len() {
-            if self.programs[k].stage != Stage::Step || !self.needs.includes(k, need) {
+            let p = &self.programs[k];
+            if p.stage != Stage::Step || p.unread || !self.needs.includes(k, need) {
                 continue;
             }
             let armed = breaking == Breaking::Armed && self.programs[k].kills;
@@ -442,11 +447,13 @@ impl Engine {
         broken
     }
 
-    /// Values of a named node quantity of the law as last computed: one array per component, user order.
+    /// Values of a named node quantity of the law as last computed: one array per component, user order. None of what is
+    /// left out, see [`Engine::keep_named`].
     pub fn named(&self, name: &str) -> Option<Vec<Vec<f64>>> {
         let (_, slots) = self.spec.named.iter().find(|n| n.0 == name)?;
         let component = |&slot: &u32| {
             let values = match self.homes[slot as usize] {
+                _ if self.unread.contains(&(slot as usize)) => return None,
                 Home::Array(a) => &self.arrays[a],
                 Home::Position(a) => &self.layout.x[a],
                 _ => return None,

@@ -8,7 +8,7 @@ use crate::density::Density;
 use crate::engine::{Breaking, Engine, Law, Settings, SetupError, State, Stray, Traversal};
 use crate::error::InputError;
 use crate::matching::{self, Face, Matching};
-use crate::observe::{Outputs, Row, Timings};
+use crate::observe::{Outputs, Row, Schedule, Timings, split};
 use crate::relax::{self, Relaxation};
 use crate::run::Watch;
 use crate::shape::{Shape, Surface, tolerance};
@@ -445,6 +445,18 @@ impl Simulation {
         };
         self.dt = dt;
         self.state.dt = dt;
+    }
+
+    /// Leaves out the named quantities of the law that no file or picture of [`Simulation::outputs`] is to show. For who
+    /// does not ask for others: [`crate::observe::quantity`] refuses them from then on.
+    pub fn keep_outputs(&mut self) {
+        let o = &self.outputs;
+        let fields = o.quantities.iter();
+        let fields = fields.filter(|_| o.fields != Schedule::Never);
+        let views = o.views.iter().map(|v| &v.quantity);
+        let shown = fields.chain(views.filter(|_| o.pictures != Schedule::Never));
+        let shown: Vec<&str> = shown.map(|name| split(name).0).collect();
+        self.engine.keep_named(&|name| shown.contains(&name));
     }
 
     pub(crate) fn last_step(&self) -> u64 {

@@ -3,16 +3,16 @@
 
 use std::path::Path;
 
-use pdlang::assemble::Kinematics;
+use pdlang::assemble::{self, Kinematics};
 use pdlang::diag::Diagnostic;
 use pdlang::ir::Law;
 use pdlang::{emit, fmt, front, probe};
 use pdlang_models::language::Pdlang;
 use pdlang_runtime::body::Flavour;
-use pdlang_runtime::engine::{Isa, Traversal};
+use pdlang_runtime::engine::{self, Isa, Traversal};
 use pdlang_runtime::scene::{Nodes, Scene};
 
-use crate::agreement::{Answer, Question};
+use crate::agreement::{Answer, Question, Scale, spec_for};
 use crate::bodies;
 
 /// Of the nodes of a scene: about ten thousand of them.
@@ -124,7 +124,33 @@ fn agree(text: &str, law: &Law, flavour: Flavour) -> bool {
             law.name
         );
     }
+    convolved(text, &question, &scale, owed);
     true
+}
+
+/// Sums by convolution are those over bonds one by one, of the law as it is and at small displacements, where it has any.
+fn convolved(text: &str, question: &Question, scale: &Scale, owed: f64) {
+    let (mut whole, dim) = (question.clone(), question.body.flavour.dim());
+    whole.broken.clear();
+    for kinematics in [Kinematics::General, Kinematics::Linearised] {
+        if assemble::spec(whole.law, dim, kinematics).is_err() {
+            continue;
+        }
+        let tapes = engine::Law::interpreted(spec_for(whole.law, dim, kinematics));
+        let made = [Traversal::Lattice, Traversal::Convolution]
+            .map(|t| whole.try_engine(tapes.clone(), t, Some(Isa::Scalar)));
+        let [Ok(mut direct), Ok(mut convolved)] = made else {
+            continue;
+        };
+        let expected = whole.ask(&mut direct);
+        if numbers(&expected) {
+            let difference = whole.ask(&mut convolved).difference(&expected, scale);
+            assert!(
+                difference.worst() <= AGREE + 1e3 * owed,
+                "{whole}, {kinematics:?} by convolution: {difference}\n{text}"
+            );
+        }
+    }
 }
 
 fn numbers(answer: &Answer) -> bool {

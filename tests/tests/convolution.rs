@@ -9,7 +9,7 @@ use pdlang::ir::Law;
 use pdlang_models::language::Pdlang;
 use pdlang_models::registry::CATALOGUE;
 use pdlang_runtime::body::Flavour;
-use pdlang_runtime::engine::{self, Breaking, Isa, Traversal};
+use pdlang_runtime::engine::{self, Breaking, Isa, SetupError, Traversal};
 use pdlang_runtime::scene::Scene;
 use pdlang_runtime::simulate::Simulation;
 use pdlang_tests::agreement::{Answer, Question, spec_for};
@@ -325,5 +325,172 @@ fn nothing_is_left_of_the_state_before() {
     engine.forces(&mut state, Breaking::Held);
     for (a, b) in first.iter().flatten().zip(engine.force().iter().flatten()) {
         assert_eq!(2.0 * a, *b);
+    }
+}
+
+/// Why the law is refused in the first body in question, and what to do about it.
+fn refusal(law: &Law, kinematics: Kinematics) -> Option<String> {
+    let q = questions(law).swap_remove(0);
+    let tapes = engine::Law::interpreted(spec_for(law, q.body.flavour.dim(), kinematics));
+    let made = q.try_engine(tapes, Traversal::Convolution, None);
+    made.err().map(|e| match e {
+        SetupError::Traversal(why, remedy) => format!("{why}: {remedy}"),
+        other => panic!("{other}"),
+    })
+}
+
+const LINEARISED: &str = "try `linearised = true` in [material], or use `lattice`";
+
+/// Laws of the catalogue: why not, as they are and at small displacements, and whether these are worth a try.
+#[test]
+fn refusals_say_why() {
+    let cases = [
+        ("pmb", "`force` of `pmb` takes a root", true, None),
+        ("lps", "`theta` of `lps` takes a root", true, None),
+        ("correspondence_svk", "", false, None),
+        ("heat", "", false, None),
+        // Memories of a layer are stored where they live, and a convolution has all nodes at once.
+        (
+            "absorbing",
+            "takes a field that lives on a part of the body",
+            false,
+            Some("a field that lives on a part"),
+        ),
+        // How many fibre bonds a node has is summed at every step, as the angle may change, and divided by.
+        (
+            "laminate",
+            "takes the inverse of a sum",
+            false,
+            Some("the inverse of a sum"),
+        ),
+        (
+            "solid",
+            "takes a history, a weight or a reverse value of single bonds",
+            false,
+            Some("a history, a weight"),
+        ),
+        ("lps_plastic", "takes a root of a sum", false, None),
+        ("lps_viscoelastic", "takes a root", false, None),
+    ];
+    for (name, general, deformed, small) in cases {
+        let law = laws::law(name);
+        match refusal(&law, Kinematics::General) {
+            None => assert!(general.is_empty(), "{name} is taken"),
+            Some(why) => {
+                assert!(
+                    !general.is_empty() && why.contains(general),
+                    "{name}: {why}"
+                );
+                assert_eq!(why.ends_with(LINEARISED), deformed, "{why}");
+            }
+        }
+        if assemble::specs(&law, Kinematics::Linearised).is_ok() {
+            let why = refusal(&law, Kinematics::Linearised);
+            assert_eq!(why.is_some(), small.is_some(), "{name}: {why:?}");
+            let contains = |what: &str| why.is_some_and(|why| why.contains(what));
+            assert!(small.is_none_or(contains), "{name}");
+        }
+    }
+}
+
+/// A law of one temperature-like field `T` and the displacement, with these definitions.
+fn coupled(rest: &str) -> Law {
+    laws::parse(&format!(
+        "model coupled \"Of both\" cite \"Nobody, eq. 1\" {{
+  influence omega = constant
+  field T : number \"number\"
+  param k : [N/m^7] > 0 \"stiffness\"
+  param h : [1/(m^3*s)] > 0 \"factor\"
+  node ext : number = sum(omega*dot(xi, eta)/x^2)/sum(omega)
+  {rest}
+}}"
+    ))
+}
+
+/// What a sum's last digits decide, and products of displacements: refused, with a way out where there is one.
+#[test]
+fn what_rounding_decides_is_refused() {
+    let force = |of: &str| format!("state t : vector = k*({of})*xi");
+    let rate = |of: &str| format!("rate T = h*sum({of})");
+    let cases = [
+        (force("ext/(1 + ext)"), "the inverse of a sum", true),
+        (force("ext*sqrt(1 + ext)"), "a root of a sum", true),
+        (force("ln(1 + ext)"), "the logarithm of a sum", true),
+        (
+            force("select(ext > 0, 2, 1)*ext"),
+            "a choice by a sum",
+            true,
+        ),
+        (
+            rate("dot(eta, eta)/x^2"),
+            "a product of displacements",
+            true,
+        ),
+        (rate("norm(eta)/x"), "a root", true),
+        (rate("T'/(1 + T'^2)"), "a division", false),
+        (rate("select(T' > T, T', T)"), "a choice", false),
+    ];
+    for (rest, what, deformed) in cases {
+        let law = coupled(&rest);
+        let why = refusal(&law, Kinematics::General).unwrap_or_else(|| panic!("{rest} is taken"));
+        assert!(why.contains(&format!(" takes {what}: ")), "{rest}: {why}");
+        assert_eq!(why.ends_with(LINEARISED), deformed, "{rest}: {why}");
+    }
+    // The same without what is rough.
+    assert!(check(&coupled(&force("ext")), Kinematics::General) > 0);
+    assert!(check(&coupled(&rate("T' + ext*T")), Kinematics::General) > 0);
+    // At small displacements they are polynomials.
+    for rest in [
+        force("ext/(1 + ext)"),
+        force("ext*sqrt(1 + ext)"),
+        force("ln(1 + ext)"),
+    ] {
+        assert!(check(&coupled(&rest), Kinematics::Linearised) > 0, "{rest}");
+    }
+}
+
+/// A bond of another family than the first: all sums are walked, as those of the first may have steady sums of the other in them.
+#[test]
+fn a_broken_second_family_is_walked() {
+    let law = laws::parse(
+        r#"model two "Of two families" cite "Nobody, eq. 1" {
+  field T : number "number"
+  param k : [1/(m^6*s)] > 0 "factor"
+  family near = horizon where x < 0.6*delta
+  node w = sum[near](x)/sum0[near](x)
+  rate T = k*(sum(w*T' - w'*T)*sum[near](1) + sum[near](T' - T)*sum(1))
+}"#,
+    );
+    for q in questions(&law) {
+        let tapes =
+            engine::Law::interpreted(spec_for(&law, q.body.flavour.dim(), Kinematics::General));
+        let mut engines =
+            [Traversal::Lattice, Traversal::Convolution].map(|t| q.engine(tapes.clone(), t, None));
+        let [direct, convolved] = engines.each_mut().map(|engine| {
+            let mut state = q.state(engine);
+            let mut rates = vec![];
+            // Whole, a row of bonds of the second family broken at its first node, and whole again.
+            for broken in [false, true, false] {
+                let mut at = state.clone();
+                if broken {
+                    let near = &mut at.families[1];
+                    let row = near.intact.iter().position(|bits| *bits != 0);
+                    near.intact[row.expect("a bond")] = 0;
+                    near.touch();
+                }
+                engine.forces(&mut at, Breaking::Held);
+                let rate = engine.rates().next().expect("a rate");
+                rates.push(engine.spread(rate.slot, &rate.whole(&at)).into_owned());
+            }
+            state.step += 1;
+            rates
+        });
+        assert_eq!(direct[1], convolved[1], "{q}: walked to the same bits");
+        assert!(
+            apart(&direct[0], &direct[1]) > 1e-6,
+            "{q}: what is broken is missed"
+        );
+        assert!(apart(&direct[2], &convolved[2]) <= 1e-12, "{q}");
+        assert_eq!(convolved[0], convolved[2], "{q}");
     }
 }

@@ -61,6 +61,13 @@ pub fn command() -> Command {
         .arg(number("size", 4, "50", "Nodes along an edge of the cube"))
         .arg(number("repeats", 1, "15", "Force evaluations, of which the quickest counts"))
         .arg(
+            Arg::new("law")
+                .long("law")
+                .value_name("NAME")
+                .value_parser(PossibleValuesParser::new(LAWS))
+                .help("One of the laws alone"),
+        )
+        .arg(
             threads_argument()
                 .default_value("1")
                 .help("Number of threads; twins run on one only"),
@@ -167,9 +174,12 @@ fn kernels(matches: &ArgMatches) -> Outcome {
         ("cloud", &lattice, Traversal::Cloud),
         ("jittered", &jittered, Traversal::Cloud),
     ];
-    let bar = progress(LAWS.len() * bodies.len());
+    let only = matches.get_one::<String>("law");
+    let chosen = |law: &&str| only.is_none_or(|only| only == law);
+    let laws: Vec<&str> = LAWS.into_iter().filter(chosen).collect();
+    let bar = progress(laws.len() * bodies.len());
     let mut table = Table::new(&COLUMNS);
-    for law in LAWS {
+    for law in laws {
         for (name, body, traversal) in bodies {
             bar.set_message(format!("{law}, {name}"));
             // On a thread of the pool, as a run is.
@@ -235,6 +245,8 @@ fn row(
     o: &Options,
 ) -> Result<Vec<Value>, Failure> {
     let mut engine = engine(law, body, traversal, o.isa)?;
+    // As in a run whose outputs show nothing of the law's own.
+    engine.keep_named(&|_| false);
     let mut state = scene::displaced(&engine, body);
     warm(&engine, body, &mut state);
     // Also what a step takes from families: the weighted volume.

@@ -36,6 +36,7 @@ pub fn execute(matches: &ArgMatches) -> Outcome {
     let began = Instant::now();
     let scene = read(&path)?;
     let mut simulation = scene.simulation().map_err(wrong)?;
+    simulation.keep_outputs();
     let mut plan = statement::of(&scene, &mut simulation);
     let setup = began.elapsed().as_secs_f64();
     let (needed, left_out): (Vec<Item>, Vec<Item>) =
@@ -92,6 +93,7 @@ fn faster(scene: &Scene, simulation: &mut Simulation) -> Option<String> {
     let mut other = scene.clone();
     other.family.traversal = Traversal::Convolution;
     let mut other = other.simulation().ok()?;
+    other.keep_outputs();
     let [bonds, convolved] = [simulation, &mut other].map(|sim| {
         sim.engine.sleep(false);
         let evaluation = |_| {

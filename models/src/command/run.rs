@@ -73,6 +73,7 @@ pub fn execute(matches: &ArgMatches) -> Outcome {
         .get_one::<PathBuf>("out")
         .cloned()
         .unwrap_or_else(|| Path::new("out").join(&scene.name));
+    simulation.keep_outputs();
     print!("{}", statement::of(&scene, &mut simulation).text());
     println!("  {:<10} {}", "output", out.display());
     // On a thread of the pool: from outside of it every parallel loop would be a message there and back.

@@ -112,6 +112,9 @@ fn scenes_are_timed_with_and_without_what_they_may_leave_out() {
         .chain([
             ("heat", "thermo_pmb"),
             ("heat", "thermo_lps"),
+            ("general kinematics, interpreted", "thermo_pmb"),
+            ("general kinematics, interpreted", "thermo_lps"),
+            ("gradient and stress", "correspondence_stabilised"),
             ("history", "lps_viscoelastic"),
             ("history", "lps_plastic"),
             ("surface correction", "solid"),

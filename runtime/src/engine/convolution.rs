@@ -12,14 +12,13 @@
 mod polynomial;
 
 use super::geometry::Geometry;
-use super::memory::available;
 use super::program::Program;
 use super::{Engine, Home, SetupError, State};
 use crate::fourier::{Complex, Fourier, Kernel, Product};
 use crate::layout::{Cells, Family, Shape, Stencil};
 use crate::spec::{SlotKind, Spec, Stage};
 use crate::traverse::{CHUNK, Convolved, Factor, RunConvolved, Term, convolved};
-use polynomial::{Kinds, Monomial, Own, rough, sums};
+use polynomial::{Kinds, Monomial, Obstacle, Own, rough, sums};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -94,13 +93,17 @@ pub struct ConvolutionReport {
     pub bytes: usize,
 }
 
+/// A kernel before its transform.
+type Steps = Vec<([i64; 3], f64)>;
+
 /// Everything that sweeps share while they are analysed.
 struct Maker<'a> {
     spec: &'a Spec,
     engine: &'a Engine,
     cells: Cells,
     fourier: Fourier,
-    kernels: Vec<Kernel>,
+    /// Values by steps, and whether they are odd: transformed when all that is needed is known to fit.
+    kernels: Vec<(Steps, bool)>,
     /// By family and the bits of the coefficients.
     known: BTreeMap<(usize, Vec<u64>), Vec<usize>>,
     sources: Vec<Vec<Home>>,
@@ -109,11 +112,15 @@ struct Maker<'a> {
 }
 
 impl Convolution {
-    /// Analyses the sweeps of an engine whose family stage has run.
+    /// Analyses the sweeps of an engine whose family stage has run, with so many bytes at hand.
     ///
     /// # Errors
-    /// A step sweep that is none, with what to do.
-    pub fn new(engine: &Engine, cells: Cells) -> Result<Convolution, SetupError> {
+    /// A step sweep that is none, with what to do; too little memory.
+    pub fn new(
+        engine: &Engine,
+        cells: Cells,
+        available: Option<u64>,
+    ) -> Result<Convolution, SetupError> {
         let spec = &engine.spec;
         if engine.layout.parts.len() > 1 {
             let why = "all nodes to be alike, and this body has several materials or horizons";
@@ -138,27 +145,24 @@ impl Convolution {
             summed: BTreeMap::new(),
         };
         for s in spec.sweeps.iter().filter(|s| s.stage == Stage::Step) {
-            if let Some(what) = rough(spec, s) {
+            if let Some(obstacle) = rough(spec, s) {
                 let why = format!(
-                    "sums that need not be exactly nothing, and `{}` of `{}` takes {what}",
-                    s.name, spec.law
+                    "sums that need not be exactly nothing, and `{}` of `{}` takes {}",
+                    s.name, spec.law, obstacle.what
                 );
-                return refuse(&why, "");
+                return refuse(&why, remedy(spec, obstacle));
             }
         }
         let mut sweeps = vec![];
         for (k, p) in engine.programs.iter().enumerate() {
             let wanted = matches!(p.stage, Stage::Step | Stage::Tangent) && p.loops;
             sweeps.push(match (wanted.then(|| maker.sweep(k)), p.stage) {
-                (Some(Err(what)), Stage::Step) => {
+                (Some(Err(obstacle)), Stage::Step) => {
                     let why = format!(
-                        "sums of products, and `{}` of `{}` takes {what}",
-                        p.name, spec.law
+                        "sums of products, and `{}` of `{}` takes {}",
+                        p.name, spec.law, obstacle.what
                     );
-                    return match spec.linearised {
-                        true => refuse(&why, ""),
-                        false => refuse(&why, "try `linearised = true` in [material]"),
-                    };
+                    return refuse(&why, remedy(spec, obstacle));
                 }
                 (found, _) => found.and_then(Result::ok),
             });
@@ -181,10 +185,15 @@ impl Convolution {
             .max()
             .unwrap_or(0);
         let spectra = 16 * (most + sources.len()) * fourier.len();
-        let needed = (spectra + 8 * most * engine.layout.len) as u64;
-        if let Some(available) = available().filter(|available| needed > *available) {
+        // Beside all of them, the grid and the spectrum that one is made in.
+        let transforms = 8 * (kernels.len() + 4) * fourier.kernel_len();
+        let needed = (spectra + transforms + 8 * most * engine.layout.len) as u64;
+        if let Some(available) = available.filter(|available| needed > *available) {
             return Err(SetupError::Memory { needed, available });
         }
+        let kernels = (kernels.iter())
+            .map(|(steps, odd)| fourier.kernel(steps, *odd))
+            .collect();
         let spectrum = || vec![Complex::default(); fourier.len()];
         let inside = inside(engine, &cells);
         Ok(Convolution {
@@ -241,6 +250,15 @@ impl Convolution {
     }
 }
 
+/// Small displacements rid a law of what it does to the deformation, and of nothing else: not of what bonds remember.
+fn remedy(spec: &Spec, obstacle: Obstacle) -> &'static str {
+    let remembers = spec.histories.iter().any(|h| h.bond);
+    match obstacle.deformed && !spec.linearised && !remembers {
+        true => "try `linearised = true` in [material]",
+        false => "",
+    }
+}
+
 fn refuse<T>(why: &str, remedy: &str) -> Result<T, SetupError> {
     let remedy = match remedy {
         "" => "use `lattice`".into(),
@@ -266,15 +284,16 @@ fn inside(engine: &Engine, cells: &Cells) -> Option<Vec<bool>> {
 impl Maker<'_> {
     /// # Errors
     /// What is no polynomial.
-    fn sweep(&mut self, k: usize) -> Result<Sweep, &'static str> {
+    fn sweep(&mut self, k: usize) -> Result<Sweep, Obstacle> {
         let (engine, p) = (self.engine, &self.engine.programs[k]);
         if !p.confined.is_empty() {
-            return Err("a field that lives on a part of the body");
+            let what = "a field that lives on a part of the body";
+            return Err(Obstacle::lasting(what));
         }
         let (Shape::Stencil(stencil), Geometry::Table { values, .. }) =
             (&engine.families[p.family].shape, &engine.geometry[k])
         else {
-            return Err("bonds off any lattice");
+            return Err(Obstacle::lasting("bonds off any lattice"));
         };
         let dim = self.spec.dim;
         let kinds = Kinds {
@@ -283,15 +302,7 @@ impl Maker<'_> {
                 .chunks_exact(2 + dim + p.geometry.outs.len())
                 .collect(),
         };
-        let tape = &self.spec.sweeps[k];
-        let found = sums(
-            self.spec,
-            p,
-            &engine.homes,
-            &tape.bond,
-            tape.accumulators as usize,
-            &kinds,
-        )?;
+        let found = sums(self.spec, p, &engine.homes, &self.spec.sweeps[k], &kinds)?;
         let mut sweep = Sweep {
             sources: vec![],
             outputs: vec![],
@@ -390,7 +401,7 @@ impl Maker<'_> {
                 }
             }
             found.push(self.kernels.len());
-            self.kernels.push(self.fourier.kernel(&steps, odd == 1));
+            self.kernels.push((steps, odd == 1));
         }
         self.known.insert(key, found.clone());
         found
@@ -621,5 +632,41 @@ fn fill(
         for (to, is) in row.iter_mut().zip(&inside[(plane * n1 + line) * n0..]) {
             *to = if *is { *to } else { 0.0 };
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{block, laws};
+    use super::super::{Isa, Law, Settings, Traversal};
+    use super::*;
+    use crate::body::Flavour;
+
+    #[test]
+    fn kernels_are_counted_before_they_are_made() {
+        let settings = Settings {
+            materials: vec![vec![2.5]],
+            influences: vec![],
+            horizon: vec![3.015],
+            horizon_levels: 64,
+            partial_volume: true,
+            lattice_constants: false,
+            without: vec![],
+            traversal: Traversal::Convolution,
+            isa: Some(Isa::Scalar),
+        };
+        let body = block(Flavour::Solid, [12, 10, 9], 1.0);
+        let law = Law::interpreted(laws::heat(3));
+        let mut engine = Engine::new(&body, law, settings).unwrap();
+        let made = engine.convolution.take().unwrap();
+        let kernels = 8 * made.kernels.len() * made.fourier.kernel_len();
+        let all = made.bytes();
+        assert!(0 < kernels && kernels < all);
+        let with = |bytes: usize| Convolution::new(&engine, made.cells, Some(bytes as u64));
+        assert!(matches!(
+            with(all - kernels),
+            Err(SetupError::Memory { .. })
+        ));
+        assert_eq!(with(2 * all).unwrap().bytes(), all);
     }
 }

@@ -7,7 +7,7 @@ use super::setup::neighbours;
 use super::{ConvolutionReport, Engine, Isa, Settings, SetupError};
 use crate::body::Body;
 use crate::layout::{Shape, plan_lattice};
-use crate::spec::{HistorySpec, RateSpec, Spec, Stage};
+use crate::spec::{Spec, Stage};
 use crate::traverse::CHUNK;
 
 /// What an engine is made of.
@@ -57,6 +57,8 @@ pub struct SweepReport {
     pub far: usize,
     /// Whether a force, a rate, an energy, a history or another sweep reads what it writes.
     pub read: bool,
+    /// False where nothing is read at all, with [`Engine::keep_named`].
+    pub runs: bool,
 }
 
 impl Engine {
@@ -66,18 +68,8 @@ impl Engine {
     }
 
     fn work(&self) -> Vec<SweepReport> {
-        let spec = &self.spec;
+        let asked = self.asked();
         let one = |(k, p): (usize, &Program)| {
-            let asked = |slot: &usize| {
-                let slot = *slot as u32;
-                let rate = |r: &RateSpec| r.rate == slot || r.damping == Some(slot);
-                let history = |h: &HistorySpec| h.slot.is_some_and(|s| s.1 == slot);
-                let ends = spec.force.iter().chain(&spec.tangent).chain(&spec.energy);
-                ends.chain(&spec.after_step).any(|s| *s == slot)
-                    || spec.rates.iter().any(rate)
-                    || spec.histories.iter().any(history)
-                    || spec.parts.iter().any(|part| part.slot == slot)
-            };
             let later = |slot: &usize| {
                 let mut later = self.programs[k + 1..].iter();
                 later.any(|q| q.own.contains(slot) || q.nbr.contains(slot))
@@ -88,9 +80,10 @@ impl Engine {
                 loops: p.loops,
                 breaks: p.kills,
                 far: p.nbr.len(),
+                runs: !p.unread,
                 read: p.kills
                     || p.writes.contains(&true)
-                    || p.out.iter().any(|slot| asked(slot) || later(slot)),
+                    || p.out.iter().any(|slot| asked.contains(slot) || later(slot)),
             }
         };
         self.programs.iter().enumerate().map(one).collect()

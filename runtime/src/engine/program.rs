@@ -35,6 +35,8 @@ pub(super) struct Program {
     pub geometry: Code,
     pub compiled: bool,
     pub run: [Run; 2],
+    /// Nobody reads what it writes.
+    pub unread: bool,
 }
 
 impl Program {
@@ -149,6 +151,7 @@ fn program(
         tape,
         compiled: entries.is_some(),
         run,
+        unread: false,
     })
 }
 

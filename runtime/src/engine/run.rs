@@ -18,7 +18,7 @@ const NOTHING: u8 = 0;
 impl Engine {
     pub(super) fn run_stage(&mut self, stage: Stage, s: &State) {
         for k in 0..self.programs.len() {
-            if self.programs[k].stage == stage {
+            if self.programs[k].stage == stage && !self.programs[k].unread {
                 self.run_all(k, s);
             }
         }

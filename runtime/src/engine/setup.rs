@@ -19,6 +19,7 @@ use crate::layout::{
 use crate::spec::{SlotKind, Spec, Stage};
 use crate::tape::{Code, Limits, Place, length, truth};
 use crate::traverse::CHUNK;
+use std::collections::BTreeSet;
 
 /// Lanes of a lattice chunk that must hold a node on average, or the cloud is faster.
 const FILL: f64 = 0.45;
@@ -94,7 +95,7 @@ pub(super) fn engine(body: &Body, law: Law, settings: Settings) -> Result<Engine
         let plan = plan_lattice(body, grid, settings.reach(), settings.materials.len());
         // Steady sums read what it writes.
         engine.run_stage(Stage::Family, &rest);
-        let convolution = Convolution::new(&engine, plan.cells(body, grid))?;
+        let convolution = Convolution::new(&engine, plan.cells(body, grid), memory::available())?;
         engine.convolution = Some(Box::new(convolution));
     }
     Ok(engine)
@@ -308,6 +309,7 @@ fn assemble(
         bonds,
         redo,
         convolution: None,
+        unread: BTreeSet::new(),
     }
 }
 

@@ -234,7 +234,7 @@ fn surroundings(list: &mut List, sim: &Simulation, report: &Report) {
 /// Sweeps and measurements.
 fn passes(list: &mut List, sim: &Simulation, report: &Report) {
     let step = || report.work.iter().filter(|s| s.stage == Stage::Step);
-    let unread = || step().filter(|s| !s.read);
+    let unread = || step().filter(|s| !s.read && s.runs);
     match unread().next() {
         Some(_) => {
             let why = format!("of {}, only for outputs", names(unread()));
@@ -243,8 +243,13 @@ fn passes(list: &mut List, sim: &Simulation, report: &Report) {
         None => list.add(
             "results that nothing else reads",
             false,
-            format!("each of {} is read", names(step())),
+            format!("each of {} is read", names(step().filter(|s| s.runs))),
         ),
+    }
+    let left_out: Vec<String> = sim.engine.left_out().map(|n| format!("`{n}`")).collect();
+    if !left_out.is_empty() {
+        let why = format!("{}: no file and no picture shows them", left_out.join(", "));
+        list.add("quantities of the law for outputs", false, why);
     }
     match sim.rule {
         StepRule::Fixed(_) => list.add("stable step", false, "the scene gives one"),

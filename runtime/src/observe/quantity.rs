@@ -37,6 +37,12 @@ pub fn check(sim: &Simulation, name: &str) -> Result<(), InputError> {
             format!("choose from {}", names.join(", ")),
         ));
     };
+    if sim.engine.left_out().any(|left_out| left_out == base) {
+        return Err(InputError::new(
+            format!("`{base}` was left out, as no output of the scene shows it"),
+            "name it in [output], or do not call `Simulation::keep_outputs`",
+        ));
+    }
     let dim = sim.body.flavour.dim();
     match axes {
         Some(axes) if component(axes, count, dim).is_none() => Err(InputError::new(

@@ -36,6 +36,8 @@ struct Side {
     bar: bool,
     interpreted: bool,
     energy: bool,
+    /// As if outputs showed all that the law names.
+    shown: bool,
 }
 
 /// Something that a scene may leave out, with and without.
@@ -50,6 +52,8 @@ const HALF: &str = "[[material.part]]\nregion = { box = { from = [0, 0, 0], to =
 /// In the middle of a face of the cube.
 const SPHERE: &str = "[[indenter]]\nradius = \"L\"\ncenter = [\"-0.9*L\", \"W/2\", \"W/2\"]\nvelocity = [0, 0, 0]\ncontact = \"penalty\"\nstiffness = \"1e12 N/m^5\"";
 const HEAT: &str = "alpha = 1e-5\nk = \"1 W/(m K)\"\ncv = \"840 J/(kg K)\"";
+const HEAT_LINEARISED: &str =
+    "alpha = 1e-5\nk = \"1 W/(m K)\"\ncv = \"840 J/(kg K)\"\nlinearised = true";
 
 pub fn cases() -> Vec<Case> {
     let mut cases = Vec::new();
@@ -126,6 +130,23 @@ pub fn cases() -> Vec<Case> {
     let (pmb, lps) = (of("pmb", ""), of("lps", ""));
     add("heat", &of("thermo_pmb", HEAT), &pmb);
     add("heat", &of("thermo_lps", HEAT), &lps);
+    for law in ["thermo_pmb", "thermo_lps"] {
+        let general = Side {
+            interpreted: true,
+            ..of(law, HEAT)
+        };
+        let linearised = Side {
+            material: HEAT_LINEARISED,
+            ..general.clone()
+        };
+        add("general kinematics, interpreted", &general, &linearised);
+    }
+    let correspondence = of("correspondence_stabilised", "");
+    let shown = Side {
+        shown: true,
+        ..correspondence.clone()
+    };
+    add("gradient and stress", &shown, &correspondence);
     add(
         "history",
         &of("lps_viscoelastic", "share = 0.5\ntau = \"1 us\""),
@@ -151,9 +172,10 @@ impl Side {
             true => "",
             false => "horizon = \"3.015 dx\"",
         };
-        let shear = match self.law {
-            "pmb" | "thermo_pmb" => "",
-            _ => "G = \"6 GPa\"",
+        let moduli = match self.law {
+            "pmb" | "thermo_pmb" => "K = \"14.9 GPa\"",
+            "correspondence_stabilised" => "E = \"15.9 GPa\"\nnu = 0.32",
+            _ => "K = \"14.9 GPa\"\nG = \"6 GPa\"",
         };
         let motion = match self.bar {
             true => {
@@ -173,7 +195,7 @@ impl Side {
             "[let]\nL = \"{length} mm\"\nW = \"{width} mm\"\n\
              [body]\nflavour = \"3d\"\nspacing = \"1 mm\"\nshape = {{ box = {{ from = [0, 0, 0], to = [\"L\", \"W\", \"W\"] }} }}\n\
              [family]\n{horizon}\n{family}\n\
-             [material]\nmodel = \"{law}\"\ndensity = \"2200 kg/m^3\"\nK = \"14.9 GPa\"\n{shear}\n{material}\n\
+             [material]\nmodel = \"{law}\"\ndensity = \"2200 kg/m^3\"\n{moduli}\n{material}\n\
              {more}\n{motion}\n\
              [time]\ndt = \"25 ns\"\nsteps = 1000000\n{time}\n"
         )
@@ -191,6 +213,9 @@ impl Side {
             history: Schedule::Steps(every(self.energy)),
             ..Outputs::default()
         };
+        if !self.shown {
+            simulation.keep_outputs();
+        }
         Ok(simulation)
     }
 

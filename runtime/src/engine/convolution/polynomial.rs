@@ -44,11 +44,27 @@ const TOO_MANY: &str = "more than 500 products";
 /// Powers that are multiplied out.
 const POWERS: i32 = 4;
 
+/// What stands in the way, and whether it is done to the deformation: then it may be gone at small displacements.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Obstacle {
+    pub what: &'static str,
+    pub deformed: bool,
+}
+
+impl Obstacle {
+    /// Of a law as it is, at any displacement.
+    pub const fn lasting(what: &'static str) -> Obstacle {
+        Obstacle {
+            what,
+            deformed: false,
+        }
+    }
+}
+
 #[derive(Clone, Debug)]
 enum Value {
     Of(Polynomial),
-    /// What it is that is no polynomial.
-    Not(&'static str),
+    Not(Obstacle),
 }
 
 /// The kinds of bonds of a family: their records, as [`super::super::geometry::Geometry::Table`] has them.
@@ -68,27 +84,32 @@ pub(super) fn sums(
     spec: &Spec,
     p: &Program,
     homes: &[Home],
-    tape: &Tape,
-    sums: usize,
+    sweep: &SweepSpec,
     kinds: &Kinds,
-) -> Result<Vec<Polynomial>, &'static str> {
+) -> Result<Vec<Polynomial>, Obstacle> {
+    let deformed = deformed(spec);
+    let moved = Marks::of_deformed(sweep, &deformed);
+    let handed = sweep.pre.outs.iter().map(|r| moved.pre[*r as usize]);
     let reader = Reader {
         spec,
         p,
         homes,
         kinds,
+        handed: handed.collect(),
+        deformed,
     };
-    let mut registers: Vec<Value> = Vec::with_capacity(tape.ops.len());
-    let mut found = vec![Polynomial::new(); sums];
-    for op in &tape.ops {
-        let of = |r: &u32| registers[*r as usize].clone();
+    let ops = &sweep.bond.ops;
+    let mut registers: Vec<Value> = Vec::with_capacity(ops.len());
+    let mut found = vec![Polynomial::new(); sweep.accumulators as usize];
+    for op in ops {
+        let of = |r: &u32| &registers[*r as usize];
         match op {
-            Op::AddTo(sum, a, b) => match multiply(&of(a), &of(b)) {
+            Op::AddTo(sum, a, b) => match reader.multiply(of(a), of(b)) {
                 Value::Of(product) => add(&mut found[*sum as usize], &product, 1.0),
-                Value::Not(what) => return Err(what),
+                Value::Not(obstacle) => return Err(obstacle),
             },
-            Op::MaxTo(..) => return Err("an extreme over bonds"),
-            Op::PutHistory(..) => return Err("a history of bonds"),
+            Op::MaxTo(..) => return Err(Obstacle::lasting("an extreme over bonds")),
+            Op::PutHistory(..) => return Err(Obstacle::lasting("a history of bonds")),
             _ => {}
         }
         let value = reader.value(op, &registers);
@@ -101,48 +122,116 @@ pub(super) fn sums(
         m.own.iter().filter(own).count() + m.far.iter().filter(|h| moved(h)).count() > 1
     };
     if found.iter().flat_map(Polynomial::keys).any(square) {
-        return Err("a product of displacements");
+        return Err(Obstacle {
+            what: "a product of displacements",
+            deformed: true,
+        });
     }
     let finite = |numbers: &Vec<f64>| numbers.iter().all(|v| v.is_finite());
     if !found.iter().flat_map(Polynomial::values).all(finite) {
-        return Err("a coefficient that is no number");
+        return Err(Obstacle::lasting("a coefficient that is no number"));
     }
     Ok(found)
 }
 
 /// What a sweep does at its nodes with sums of steps that would turn their last digits into more: a sum that is nothing
 /// bond by bond is nothing to 16 digits of the largest one here, and has no inverse, root or sign.
-pub(super) fn rough(spec: &Spec, s: &SweepSpec) -> Option<&'static str> {
-    let summed = |slot: &u32| {
-        matches!(
-            spec.slots[*slot as usize].kind,
-            SlotKind::Computed(Stage::Step)
-        )
+pub(super) fn rough(spec: &Spec, s: &SweepSpec) -> Option<Obstacle> {
+    let summed = |slot: u32| {
+        let kind = spec.slots[slot as usize].kind;
+        matches!(kind, SlotKind::Computed(Stage::Step))
     };
-    let walk = |tape: &Tape, handed: &[bool]| -> Result<Vec<bool>, &'static str> {
-        let mut rounded: Vec<bool> = Vec::with_capacity(tape.ops.len());
-        for op in &tape.ops {
-            let of = |r: &u32| rounded[*r as usize];
-            match op {
-                Op::Div(_, b) if of(b) => return Err("the inverse of a sum"),
-                Op::Sqrt(a) | Op::Rsqrt(a) | Op::Ln(a) | Op::Pow(a, _) if of(a) => {
-                    return Err("a root of a sum");
-                }
-                Op::Powi(a, n) if *n < 0 && of(a) => return Err("the inverse of a sum"),
-                Op::Lt(a, b) | Op::Le(a, b) if of(a) || of(b) => return Err("a choice by a sum"),
-                _ => {}
+    let marks = Marks::new(s, summed, |_| false, true);
+    let deformed = deformed(spec);
+    let moved = Marks::of_deformed(s, &deformed);
+    let tapes = [
+        (&s.pre, &marks.pre, &moved.pre),
+        (&s.post, &marks.post, &moved.post),
+    ];
+    tapes.into_iter().find_map(|(tape, marks, moved)| {
+        let of = |r: &u32| marks[*r as usize];
+        tape.ops.iter().find_map(|op| {
+            let (what, by) = match op {
+                Op::Div(_, b) if of(b) => ("the inverse of a sum", vec![b]),
+                Op::Powi(a, n) if *n < 0 && of(a) => ("the inverse of a sum", vec![a]),
+                Op::Sqrt(a) | Op::Rsqrt(a) | Op::Pow(a, _) if of(a) => ("a root of a sum", vec![a]),
+                Op::Ln(a) if of(a) => ("the logarithm of a sum", vec![a]),
+                Op::Lt(a, b) | Op::Le(a, b) if of(a) || of(b) => ("a choice by a sum", vec![a, b]),
+                _ => return None,
+            };
+            let deformed = by.into_iter().any(|r| moved[*r as usize]);
+            Some(Obstacle { what, deformed })
+        })
+    })
+}
+
+/// For every operation of the tapes of a sweep, whether something is in it.
+struct Marks {
+    pre: Vec<bool>,
+    post: Vec<bool>,
+}
+
+impl Marks {
+    /// `slot`: node slots that it is in; `bond`: what it is in on a bond, besides such slots. `sums`: in all sums alike.
+    fn new(
+        s: &SweepSpec,
+        slot: impl Fn(u32) -> bool,
+        bond: impl Fn(&Op) -> bool,
+        sums: bool,
+    ) -> Marks {
+        let own = |k: u32| s.own.get(k as usize).is_some_and(|k| slot(*k));
+        let pre = marked(&s.pre, |op| matches!(op, Op::Own(k) if own(*k)));
+        let handed: Vec<bool> = s.pre.outs.iter().map(|r| pre[*r as usize]).collect();
+        let handed = |k: u32| handed.get(k as usize).is_some_and(|h| *h);
+        let bonds = marked(&s.bond, |op| match op {
+            Op::Nbr(k) => s.nbr.get(*k as usize).is_some_and(|k| slot(*k)),
+            Op::Pre(k) => handed(*k),
+            op => bond(op),
+        });
+        let mut sum = vec![sums; s.accumulators as usize];
+        for op in &s.bond.ops {
+            if let Op::AddTo(k, a, b) = op {
+                sum[*k as usize] |= bonds[*a as usize] || bonds[*b as usize];
             }
-            rounded.push(match op {
-                Op::Acc(_) => true,
-                Op::Own(k) => s.own.get(*k as usize).is_some_and(summed),
-                Op::Pre(k) => handed.get(*k as usize).is_some_and(|h| *h),
-                op => operands(op).iter().any(of),
-            });
+            if let Op::MaxTo(k, a) = op {
+                sum[*k as usize] |= bonds[*a as usize];
+            }
         }
-        Ok(tape.outs.iter().map(|r| rounded[*r as usize]).collect())
-    };
-    let handed = walk(&s.pre, &[]);
-    handed.and_then(|handed| walk(&s.post, &handed)).err()
+        let post = marked(&s.post, |op| match op {
+            Op::Acc(k) => sum[*k as usize],
+            Op::Pre(k) => handed(*k),
+            Op::Own(k) => own(*k),
+            _ => false,
+        });
+        Marks { pre, post }
+    }
+
+    fn of_deformed(s: &SweepSpec, deformed: &[bool]) -> Marks {
+        let eta = |op: &Op| matches!(op, Op::Eta(_));
+        Marks::new(s, |slot| deformed[slot as usize], eta, false)
+    }
+}
+
+/// The node slots that the displacement is in.
+fn deformed(spec: &Spec) -> Vec<bool> {
+    let of = |kind: SlotKind| matches!(kind, SlotKind::Displacement(_));
+    let mut found: Vec<bool> = spec.slots.iter().map(|slot| of(slot.kind)).collect();
+    for s in spec.sweeps.iter().filter(|s| s.stage <= Stage::Step) {
+        let marks = Marks::of_deformed(s, &found);
+        for (slot, r) in s.out.iter().zip(&s.post.outs) {
+            found[*slot as usize] |= marks.post[*r as usize];
+        }
+    }
+    found
+}
+
+/// For every operation of a tape, whether it is one of those, or depends on one.
+fn marked(tape: &Tape, is: impl Fn(&Op) -> bool) -> Vec<bool> {
+    let mut marks: Vec<bool> = Vec::with_capacity(tape.ops.len());
+    for op in &tape.ops {
+        marks.push(is(op) || operands(op).iter().any(|r| marks[*r as usize]));
+    }
+    marks
 }
 
 struct Reader<'a> {
@@ -150,6 +239,9 @@ struct Reader<'a> {
     p: &'a Program,
     homes: &'a [Home],
     kinds: &'a Kinds<'a>,
+    /// Node slots, and values of the prologue, that the displacement is in.
+    deformed: Vec<bool>,
+    handed: Vec<bool>,
 }
 
 impl Reader<'_> {
@@ -171,26 +263,27 @@ impl Reader<'_> {
             Op::Pre(k) => Value::Of(self.variable(vec![Own::Pre(*k as usize)], vec![])),
             Op::Nbr(k) => Value::Of(self.far(self.p.nbr[*k as usize])),
             Op::History(_) | Op::Reverse(_) => {
-                Value::Not("a history or a correction factor of single bonds")
+                let what = "a history, a weight or a reverse value of single bonds";
+                Value::Not(Obstacle::lasting(what))
             }
-            Op::Add(a, b) => sum(of(a), of(b), 1.0),
-            Op::Sub(a, b) => sum(of(a), of(b), -1.0),
-            Op::Mul(a, b) => multiply(of(a), of(b)),
-            Op::Fma(a, b, c) => sum(&multiply(of(a), of(b)), of(c), 1.0),
-            Op::Neg(a) => multiply(&minus, of(a)),
+            Op::Add(a, b) => self.sum(of(a), of(b), 1.0),
+            Op::Sub(a, b) => self.sum(of(a), of(b), -1.0),
+            Op::Mul(a, b) => self.multiply(of(a), of(b)),
+            Op::Fma(a, b, c) => self.sum(&self.multiply(of(a), of(b)), of(c), 1.0),
+            Op::Neg(a) => self.multiply(&minus, of(a)),
             Op::Div(a, b) => match self.numbers(of(b)) {
                 Some(divisors) => {
                     let inverse: Vec<f64> = divisors.iter().map(|d| 1.0 / d).collect();
-                    multiply(of(a), &Value::Of(constant(inverse)))
+                    self.multiply(of(a), &Value::Of(constant(inverse)))
                 }
-                None => Value::Not("a division"),
+                None => self.not("a division", &[of(a), of(b)]),
             },
             Op::Powi(a, n) => match (self.numbers(of(a)), *n) {
                 (Some(_), n) => self.each(&[of(a)], "a power", |v| v[0].powi(n)),
                 (None, 1..=POWERS) => {
-                    (1..*n).fold(of(a).clone(), |power, _| multiply(&power, of(a)))
+                    (1..*n).fold(of(a).clone(), |power, _| self.multiply(&power, of(a)))
                 }
-                _ => Value::Not("a power"),
+                _ => self.not("a power", &[of(a)]),
             },
             Op::Abs(a) => self.each(&[of(a)], "an absolute value", |v| v[0].abs()),
             Op::Sqrt(a) => self.each(&[of(a)], "a root", |v| v[0].sqrt()),
@@ -204,10 +297,11 @@ impl Reader<'_> {
             Op::Max(a, b) => self.each(&[of(a), of(b)], "a maximum", |v| v[0].max(v[1])),
             Op::Pow(a, b) => self.each(&[of(a), of(b)], "a power", |v| v[0].powf(v[1])),
             Op::Lt(..) | Op::Le(..) | Op::And(..) | Op::Or(..) | Op::Not(_) | Op::Select(..) => {
-                Value::Not("a choice")
+                let all: Vec<&Value> = operands(op).iter().map(of).collect();
+                self.not("a choice", &all)
             }
             // Effects have no value, and others do not stand in tapes of bonds.
-            _ => Value::Not("what a bond does not have"),
+            _ => Value::Not(Obstacle::lasting("what a bond does not have")),
         }
     }
 
@@ -249,15 +343,73 @@ impl Reader<'_> {
 
     /// A function of geometry, kind by kind.
     fn each(&self, of: &[&Value], what: &'static str, f: impl Fn(&[f64]) -> f64) -> Value {
-        if let Some(Value::Not(what)) = of.iter().find(|v| matches!(v, Value::Not(_))) {
-            return Value::Not(what);
-        }
         let numbers: Option<Vec<Vec<f64>>> = of.iter().map(|v| self.numbers(v)).collect();
         let Some(numbers) = numbers else {
-            return Value::Not(what);
+            return self.not(what, of);
         };
         let kind = |k: usize| f(&numbers.iter().map(|n| n[k]).collect::<Vec<f64>>());
         Value::Of(constant((0..self.kinds.records.len()).map(kind).collect()))
+    }
+
+    /// What this is of those, or what one of them is already.
+    fn not(&self, what: &'static str, of: &[&Value]) -> Value {
+        let earlier = of.iter().find_map(|v| match v {
+            Value::Not(obstacle) => Some(*obstacle),
+            Value::Of(_) => None,
+        });
+        let deforms = |v: &&Value| matches!(v, Value::Of(p) if p.keys().any(|m| self.deforms(m)));
+        Value::Not(earlier.unwrap_or_else(|| Obstacle {
+            what,
+            deformed: of.iter().any(deforms),
+        }))
+    }
+
+    /// Whether the displacement is in it, by itself or in a sum.
+    fn deforms(&self, m: &Monomial) -> bool {
+        let home = |home: &Home| {
+            let mut slots = self.homes.iter().zip(&self.deformed);
+            matches!(home, Home::Displacement(_))
+                || slots.any(|(h, deformed)| *deformed && h == home)
+        };
+        let own = |own: &Own| match own {
+            Own::Pre(k) => self.handed[*k],
+            Own::Slot(slot) => home(slot),
+        };
+        m.own.iter().any(own) || m.far.iter().any(home)
+    }
+
+    fn sum(&self, a: &Value, b: &Value, factor: f64) -> Value {
+        let (Value::Of(p), Value::Of(q)) = (a, b) else {
+            return self.not("a sum", &[a, b]);
+        };
+        let mut sum = p.clone();
+        add(&mut sum, q, factor);
+        self.bounded(sum)
+    }
+
+    fn multiply(&self, a: &Value, b: &Value) -> Value {
+        let (Value::Of(p), Value::Of(q)) = (a, b) else {
+            return self.not("a product", &[a, b]);
+        };
+        let mut product = Polynomial::new();
+        for (left, x) in p {
+            for (right, y) in q {
+                if product.len() > MOST {
+                    return self.not(TOO_MANY, &[a, b]);
+                }
+                let numbers: Vec<f64> = x.iter().zip(y).map(|(x, y)| x * y).collect();
+                let one = Polynomial::from([(left.times(right), numbers)]);
+                add(&mut product, &one, 1.0);
+            }
+        }
+        self.bounded(product)
+    }
+
+    fn bounded(&self, p: Polynomial) -> Value {
+        match p.len() <= MOST {
+            true => Value::Of(p),
+            false => self.not(TOO_MANY, &[&Value::Of(p)]),
+        }
     }
 }
 
@@ -281,45 +433,5 @@ fn add(to: &mut Polynomial, p: &Polynomial, factor: f64) {
         if sum.iter().all(|s| *s == 0.0) {
             to.remove(monomial);
         }
-    }
-}
-
-fn sum(a: &Value, b: &Value, factor: f64) -> Value {
-    match (a, b) {
-        (Value::Of(a), Value::Of(b)) => {
-            let mut sum = a.clone();
-            add(&mut sum, b, factor);
-            bounded(sum)
-        }
-        (Value::Not(what), _) | (_, Value::Not(what)) => Value::Not(what),
-    }
-}
-
-fn multiply(a: &Value, b: &Value) -> Value {
-    let (a, b) = match (a, b) {
-        (Value::Of(a), Value::Of(b)) => (a, b),
-        (Value::Not(what), _) | (_, Value::Not(what)) => return Value::Not(what),
-    };
-    let mut product = Polynomial::new();
-    for (left, x) in a {
-        for (right, y) in b {
-            if product.len() > MOST {
-                return Value::Not(TOO_MANY);
-            }
-            let numbers: Vec<f64> = x.iter().zip(y).map(|(x, y)| x * y).collect();
-            add(
-                &mut product,
-                &Polynomial::from([(left.times(right), numbers)]),
-                1.0,
-            );
-        }
-    }
-    bounded(product)
-}
-
-fn bounded(p: Polynomial) -> Value {
-    match p.len() <= MOST {
-        true => Value::Of(p),
-        false => Value::Not(TOO_MANY),
     }
 }
