@@ -412,6 +412,10 @@ impl Reduction {
     }
 }
 
+/// A tensor of reference sums has no inverse where its determinant is at most this part of its largest component to the
+/// power of the dimension: the bonds lie in a line or a plane. Its inverse is zero.
+pub const FLAT: f64 = 1e-8;
+
 /// Functions that are not definable in the language.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Debug)]
 pub enum Builtin {

@@ -5,7 +5,12 @@
 //! the strain `sym F - I`, the stress `lambda tr(eps) I + 2 G eps` (lambda and G of the solid, in plane strain too) and
 //! the force state `T<xi> = C sigma Ks^-1 xi`; on the node acts `sum((T<xi> - T'<-xi>) V')`.
 
+use std::path::Path;
+
+use pdlang_models::language::Pdlang;
 use pdlang_runtime::body::{Body, Flavour};
+use pdlang_runtime::observe::quantity;
+use pdlang_runtime::scene::Scene;
 use pdlang_tests::agreement::Question;
 use pdlang_tests::naive::{self, Bond};
 use pdlang_tests::{bodies, laws};
@@ -183,4 +188,110 @@ fn the_stress_of_a_uniform_gradient_does_not_depend_on_the_influence() {
         }
     }
     println!("largest difference {worst:.1e} of the largest stress");
+}
+
+/// Nodes along an oblique line, or in an oblique plane, `bent` spacings off it.
+fn flat(flavour: Flavour, plane: bool, bent: f64) -> Body {
+    let like = bodies::cloud(flavour, 1);
+    let (dim, dx) = (flavour.dim(), like.spacing);
+    let rows = if plane { 4 } else { 1 };
+    let at = |n: usize| {
+        let (k, l) = ((n / rows) as f64 * dx, (n % rows) as f64 * dx);
+        let off = if n.is_multiple_of(2) {
+            bent * dx
+        } else {
+            -bent * dx
+        };
+        let x = [
+            0.6 * k - 0.48 * l - off,
+            0.64 * k + 0.6 * l + off,
+            0.48 * k + 0.64 * l + off,
+        ];
+        std::array::from_fn(|a| if a < dim { x[a] } else { 0.0 })
+    };
+    let x: Vec<[f64; 3]> = (0..6 * rows).map(at).collect();
+    Body {
+        volume: vec![like.volume[0]; x.len()],
+        x,
+        ..like
+    }
+}
+
+/// Families on an oblique line or plane, or nearly so, have no gradient: the same everywhere, from the oracle on, and
+/// without stabilisation no force.
+#[test]
+fn flat_families_have_no_gradient() {
+    for name in [
+        "correspondence",
+        "correspondence_stabilised",
+        "correspondence_svk",
+    ] {
+        let law = laws::law(name);
+        for flavour in [Flavour::PlaneStress, Flavour::PlaneStrain, Flavour::Solid] {
+            for (plane, bent) in [(false, 0.0), (false, 1e-6), (true, 0.0), (true, 1e-6)] {
+                if plane && flavour != Flavour::Solid {
+                    continue;
+                }
+                let body = flat(flavour, plane, bent);
+                let question = Question::deformed(&law, body, 1e-2, 7);
+                let (expected, scale) = question.oracle();
+                let stabilised = name == "correspondence_stabilised";
+                let none = |values: &[[f64; 3]]| values.as_flattened().iter().all(|f| *f == 0.0);
+                assert_eq!(none(&expected.force), !stabilised, "{question}");
+                question.everywhere(|what, engine| {
+                    let answer = question.ask(engine);
+                    let gradient = engine.named("H").expect("the gradient");
+                    assert!(gradient.iter().flatten().all(|h| *h == 0.0), "{what}");
+                    assert!(answer.energy.iter().all(|w| *w == 0.0), "{what}");
+                    assert_eq!(none(&answer.force), !stabilised, "{what}");
+                    assert_eq!(none(&answer.tangent), !stabilised, "{what}");
+                    if stabilised {
+                        let difference = answer.difference(&expected, &scale);
+                        let worst = difference.force.max(difference.tangent);
+                        assert!(worst <= 1e-12, "{what}: {worst:e}");
+                    }
+                });
+            }
+        }
+    }
+}
+
+/// A body that tears itself into pieces: whatever is left of families, every answer is a number.
+#[test]
+fn what_is_torn_stays_finite() {
+    for (flavour, to, pull) in [
+        ("plane_stress", "[20, 12]", "[\"x/8\", \"-y/30\"]"),
+        ("3d", "[9, 7, 6]", "[\"x/4\", \"y/20\", \"z/9\"]"),
+    ] {
+        let (from, cross) = match flavour {
+            "3d" => ("[0, 0, 0]", ""),
+            _ => ("[0, 0]", "thickness = 1\n"),
+        };
+        for law in ["correspondence", "correspondence_stabilised"] {
+            let text = format!(
+                "[body]\nflavour = \"{flavour}\"\nspacing = 1\n{cross}shape = {{ box = {{ from = {from}, to = {to} }} }}\n\
+                 [family]\nhorizon = 2.1\n[material]\nmodel = \"{law}\"\ndensity = 1\nE = 1\nnu = 0.25\ns0 = 0.04\n\
+                 [[initial]]\nvelocity = {pull}\n[time]\nsteps = 150\ndt = 0.05\n"
+            );
+            let scene = Scene::parse(&text, Path::new("scenes/torn.toml"), &Pdlang);
+            let scene = scene.unwrap_or_else(|e| panic!("{e}"));
+            let mut simulation = scene.simulation().unwrap_or_else(|e| panic!("{e}"));
+            simulation
+                .run(&mut ())
+                .unwrap_or_else(|e| panic!("{law}, {flavour}: {e}"));
+            let broken = simulation.row.broken_fraction;
+            println!(
+                "{law}, {flavour}: {:.0} % of the bonds broke",
+                100.0 * broken
+            );
+            assert!(broken > 0.2, "{law}, {flavour}: {broken}");
+            for name in ["displacement", "force", "energy", "H", "sigma"] {
+                let Ok(values) = quantity(&mut simulation, name) else {
+                    continue;
+                };
+                let finite = values.components.iter().flatten().all(|v| v.is_finite());
+                assert!(finite, "{law}, {flavour}: {name}");
+            }
+        }
+    }
 }

@@ -375,6 +375,7 @@ impl<'o, 'a, T: Real> Evaluator<'o, 'a, T> {
     fn inverse(&self, args: &[ExprId], a: Value<T>) -> Result<Value<T>, Error> {
         let dim = self.oracle.dim();
         match args.first() {
+            Some(id) if self.oracle.shapes[id.index()] && a.is_flat(dim)? => Ok(a.zeroed()),
             Some(id) if self.is_empty_sum(*id, Value::Scalar(a.determinant(dim)?)) => {
                 Ok(a.zeroed())
             }

@@ -85,6 +85,8 @@ pub struct Oracle<'a> {
     balls: Vec<Option<f64>>,
     /// Whether an expression depends on a sum.
     sums: Vec<bool>,
+    /// Whether it is made of sums that only breaking bonds change.
+    shapes: Vec<bool>,
     /// Whether a sum is read at the other end of a bond.
     second_ring: bool,
     /// Per weight and bond.
@@ -115,6 +117,7 @@ impl<'a> Oracle<'a> {
             omega: Vec::new(),
             balls: vec![None; law.exprs.len()],
             sums: depends_on(law, |kind| matches!(kind, ExprKind::Reduce(..))),
+            shapes: Vec::new(),
             second_ring: false,
             weights: Vec::new(),
             reaches: Vec::new(),
@@ -124,6 +127,12 @@ impl<'a> Oracle<'a> {
             ExprKind::Prime(a) => oracle.sums[a.index()] && moves[a.index()],
             _ => false,
         });
+        let changes = depends_on(law, |kind| {
+            use ExprKind::{Eta, Field, History, TimeStep, Velocity};
+            matches!(kind, Eta | Field(_) | History(_) | TimeStep | Velocity)
+        });
+        let steady = oracle.sums.iter().zip(&changes);
+        oracle.shapes = steady.map(|(sums, changes)| *sums && !changes).collect();
         oracle.reaches = oracle.reaches();
         oracle.omega = oracle.influence_values()?;
         oracle.member = vec![vec![true; body.bonds.len()]; law.families.len()];

@@ -2,6 +2,7 @@
 
 use super::Error;
 use super::number::Real;
+use crate::ir::FLAT;
 
 /// A value of the language. Components beyond the dimension are zero and never read.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -199,6 +200,13 @@ impl<T: Real> Value<T> {
             2 => a[0][0] * a[1][1] - a[0][1] * a[1][0],
             _ => inner(a[0], cross(a[1], a[2])),
         })
+    }
+
+    /// Whether its rows lie in a line or a plane, by the measure of [`FLAT`].
+    pub(super) fn is_flat(self, dim: usize) -> Result<bool, Error> {
+        let (a, det) = (self.tensor()?, self.determinant(dim)?);
+        let largest = (a.iter().flatten()).fold(0.0_f64, |most, c| most.max(c.value().abs()));
+        Ok(det.value().abs() <= FLAT * largest.powi(dim as i32))
     }
 
     /// Inverse by cofactors. A tensor with determinant exactly zero has infinite components.
