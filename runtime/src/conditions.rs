@@ -422,7 +422,7 @@ impl Conditions {
         for m in &self.matched.0 {
             self.left += balance.kinetic(state, m.component, &m.slots);
         }
-        self.matched.before_drift(state);
+        self.matched.before_drift(state, balance.dt);
         self.matched.hold(state);
     }
 
@@ -473,8 +473,8 @@ impl Conditions {
     }
 
     /// Before the last half kick, which leaves the nodes of matching boundaries alone.
-    pub fn before_kick(&mut self, state: &State) {
-        self.matched.hold(state);
+    pub fn before_kick(&mut self, state: &State, dt: f64) {
+        self.matched.before_kick(state, dt);
     }
 
     /// After the last half kick at `state.time`: imposes velocities.

@@ -14,7 +14,7 @@ mod coefficients;
 mod growth;
 
 pub use chain::Chain;
-pub use coefficients::{Coefficients, Rule, root_series};
+pub use coefficients::{Coefficients, Rule, Steps, root_series};
 pub use growth::{Growth, growth};
 
 use crate::body::Body;
@@ -50,14 +50,16 @@ impl Side {
     }
 }
 
-/// What displacements across the normal match.
+/// What the components of the displacement match.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Tangential {
-    /// Waves of their own: those that shake across their way.
+pub enum Match {
+    /// The normal one longitudinal waves, the others transverse ones.
     #[default]
     Own,
-    /// The waves of the normal component, as the paper has it: a control.
-    Normal,
+    /// Longitudinal and transverse waves, every component: waves that meet a side at an angle have all of both.
+    Both,
+    /// All longitudinal waves, as the paper has it: a control.
+    Longitudinal,
 }
 
 /// What a scene says about matching boundaries.
@@ -69,7 +71,7 @@ pub struct Matching {
     /// Planes of nodes; `None`: as many as the law reaches.
     pub layers: Option<usize>,
     pub rule: Rule,
-    pub tangential: Tangential,
+    pub waves: Match,
     /// Whether an order that grows is run nevertheless.
     pub unstable: bool,
 }
@@ -93,7 +95,8 @@ impl std::fmt::Display for Face {
         let order = self
             .components
             .first()
-            .map_or(0, |w| w.coefficients.order());
+            .and_then(|w| w.conditions.first())
+            .map_or(0, Coefficients::order);
         let planes = if self.layers == 1 { "plane" } else { "planes" };
         write!(
             f,
@@ -119,11 +122,22 @@ impl Waves {
     /// Amplitude of what comes back of a wave whose phase turns by `phase` from plane to plane, over its own.
     pub fn reflection(&self, phase: f64) -> f64 {
         let omega = self.chain.square(phase).max(0.0).sqrt();
-        self.coefficients.reflection(phase, omega)
+        let each = self.conditions.iter().map(|c| c.reflection(phase, omega));
+        each.product()
+    }
+
+    /// How many neighbours inwards the conditions read.
+    pub fn deep(&self) -> usize {
+        self.conditions.iter().map(Coefficients::order).sum()
     }
 }
 
 impl Face {
+    /// How many neighbours inwards its conditions read.
+    pub fn deep(&self) -> usize {
+        self.components.iter().map(Waves::deep).max().unwrap_or(1)
+    }
+
     /// Whether a node is in its layers.
     pub(crate) fn holds(&self, node: usize, body: &Body) -> bool {
         let cell = body.grid.as_ref().map(|g| g.cell[node]);
@@ -134,7 +148,8 @@ impl Face {
 /// What a component follows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Waves {
-    pub coefficients: Coefficients,
+    /// One, or two that are taken one behind the other: the component's own first.
+    pub conditions: Vec<Coefficients>,
     pub chain: Chain,
     pub growth: Growth,
 }
@@ -199,8 +214,15 @@ fn face(
         ));
     }
     let (end, material) = outermost(side, body)?;
-    let components = (0..body.flavour.dim())
-        .map(|a| waves(matching, side, a, body, law, settings, (material, density)))
+    let dim = body.flavour.dim();
+    let chains = (0..dim)
+        .map(|a| {
+            let chain = chain::of_law(body, law, settings, material, side.axis, a)?;
+            Ok(chain.over(density[material]))
+        })
+        .collect::<Result<Vec<Chain>, InputError>>()?;
+    let components = (0..dim)
+        .map(|a| waves(matching, side, a, &chains))
         .collect::<Result<Vec<Waves>, InputError>>()?;
     let reach = components.iter().map(|w| w.chain.looks).max();
     Ok(Face {
@@ -213,53 +235,62 @@ fn face(
     })
 }
 
-/// The coefficients of a component.
+/// The conditions of a component.
 fn waves(
     matching: &Matching,
     side: Side,
     component: usize,
-    body: &Body,
-    law: &Law,
-    settings: &Settings,
-    (material, density): (usize, &[f64]),
+    chains: &[Chain],
 ) -> Result<Waves, InputError> {
-    let follows = match matching.tangential {
-        Tangential::Own => component,
-        Tangential::Normal => side.axis,
+    let (normal, chain) = (side.axis, &chains[component]);
+    // The first direction across the normal stands for all.
+    let across = (0..chains.len()).find(|a| *a != normal);
+    let followed = match (matching.waves, across) {
+        (Match::Longitudinal, _) => vec![normal],
+        (Match::Both, Some(across)) if component == normal => vec![normal, across],
+        (Match::Both, Some(_)) => vec![component, normal],
+        _ => vec![component],
     };
-    let chain =
-        chain::of_law(body, law, settings, material, side.axis, follows)?.over(density[material]);
-    let of = |order| Coefficients::of(&chain.series(order), order, chain.spacing);
+    let of = |order: usize| -> Option<Vec<Coefficients>> {
+        let each = followed.iter().map(|a| {
+            let chain = &chains[*a];
+            Coefficients::of(&chain.series(order), order, chain.spacing)
+        });
+        each.collect()
+    };
     let named = ["x", "y", "z"][component];
     let why = |what: &str| {
-        let largest = (1..matching.order)
-            .rev()
-            .find(|n| of(*n).is_some_and(|c| growth(&chain, &c, matching.rule).rate <= STILL));
+        let holds =
+            |n: &usize| of(*n).is_some_and(|c| growth(chain, &c, matching.rule).rate <= STILL);
+        let largest = (1..matching.order).rev().find(holds);
         InputError::new(
             format!(
                 "a matching boundary of order {} on the side {} {what} (component {named})",
                 matching.order,
                 side.name()
             ),
-            match largest {
-                Some(order) => format!("the largest order that works here is {order}"),
-                None => "no order works here: use an absorbing layer".into(),
+            match (largest, matching.waves) {
+                (Some(order), _) => format!("the largest order that works here is {order}"),
+                (None, Match::Both) => "leave `waves` out, or use an absorbing layer".into(),
+                (None, _) => "no order works here: use an absorbing layer".into(),
             },
         )
     };
-    let Some(coefficients) = of(matching.order) else {
-        return Err(match chain.series(1).is_empty() {
-            true => why("has no wave to match: nothing resists this motion"),
-            false => why("has no coefficients: their equations are singular"),
-        });
+    let Some(conditions) = of(matching.order) else {
+        return Err(
+            match followed.iter().any(|a| chains[*a].series(1).is_empty()) {
+                true => why("has no wave to match: nothing resists a motion"),
+                false => why("has no coefficients: their equations are singular"),
+            },
+        );
     };
-    let growth = growth(&chain, &coefficients, matching.rule);
+    let growth = growth(chain, &conditions, matching.rule);
     if growth.rate > STILL && !matching.unstable {
-        return Err(why(&growth.sentence(&chain, &coefficients)));
+        return Err(why(&growth.sentence(chain, &conditions)));
     }
     Ok(Waves {
-        coefficients,
-        chain,
+        conditions,
+        chain: chain.clone(),
         growth,
     })
 }
@@ -305,8 +336,7 @@ fn room(faces: &[Face], body: &Body) -> Result<(), InputError> {
         else {
             continue;
         };
-        let order = |f: &Face| f.components.iter().map(|w| w.coefficients.order()).max();
-        let inner = of_axis.iter().filter_map(|f| order(f)).max().unwrap_or(1);
+        let inner = of_axis.iter().map(|f| f.deep()).max().unwrap_or(1);
         let needed = of_axis.iter().map(|f| f.layers).sum::<usize>() + inner;
         let planes = (high - low) as usize + 1;
         if planes < needed {

@@ -163,7 +163,7 @@ impl Simulation {
             self.dt,
         );
         self.conditions.account(&self.state, &balance);
-        self.conditions.before_kick(&self.state);
+        self.conditions.before_kick(&self.state, self.dt);
         kick(&mut self.state.v, balance.force, &self.density, half);
         self.conditions
             .loads

@@ -210,10 +210,10 @@ fn coefficients_follow_from_the_law() {
     let sim = bar(2, 0.5);
     assert_eq!(sim.faces[0].layers, 4);
     let (a1, a3) = (1.0, 17.0 / 30.0 - 17.0 * 0.5 / 64.0);
-    let found = &sim.faces[0].components[0].coefficients;
+    let found = &sim.faces[0].components[0].conditions[0];
     near(found.c[1], 4.0 * (a1 + 3.0 * a3) / (a1 - 6.0 * a3));
     near(found.b[0], -3.0 * a1 * a1 / (a1 - 6.0 * a3));
     let sim = bar(2, 0.0);
-    near(sim.faces[0].components[0].coefficients.c[1], -4.5);
-    near(sim.faces[0].components[0].coefficients.b[0], 1.25);
+    near(sim.faces[0].components[0].conditions[0].c[1], -4.5);
+    near(sim.faces[0].components[0].conditions[0].b[0], 1.25);
 }

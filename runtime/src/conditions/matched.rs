@@ -4,7 +4,7 @@ use super::Driver;
 use crate::body::Body;
 use crate::engine::{Engine, State};
 use crate::error::InputError;
-use crate::matching::{Coefficients, Face, Rule};
+use crate::matching::{Coefficients, Face, Rule, Steps};
 use std::collections::{BTreeMap, HashSet};
 
 /// One component of the nodes of one side.
@@ -12,38 +12,77 @@ pub(super) struct Matched {
     pub component: usize,
     /// Slots, each behind those that it follows.
     pub slots: Vec<u32>,
-    /// Slots of the neighbours inwards, as many as the order for every node.
+    /// Slots of the neighbours inwards, as many for every node.
     inward: Vec<u32>,
-    coefficients: Coefficients,
+    conditions: Vec<Coefficients>,
     rule: Rule,
-    /// Before the drift, where a node and its neighbours inwards were; and its velocity, which no force changes.
+    /// The conditions as a step of this length takes them [s].
+    steps: Steps,
+    dt: f64,
+    /// Where a node and its neighbours inwards were at the start of a step, and, where two conditions ask for it, a step
+    /// before.
     before: Vec<f64>,
+    older: Vec<f64>,
+    /// Velocities, which no force changes.
     velocity: Vec<f64>,
 }
 
 impl Matched {
-    fn remember(&mut self, state: &State) {
-        let u = &state.u[self.component];
-        let order = self.coefficients.order();
-        self.before.clear();
-        for (s, inward) in self.slots.iter().zip(self.inward.chunks_exact(order)) {
-            self.before.push(u[*s as usize]);
-            self.before.extend(inward.iter().map(|s| u[*s as usize]));
+    /// Calls `act` with every node and its neighbours inwards, one behind the other.
+    fn each(&self, mut act: impl FnMut(usize)) {
+        let inward = self.inward.chunks_exact(self.steps.reach);
+        for (s, inward) in self.slots.iter().zip(inward) {
+            act(*s as usize);
+            inward.iter().for_each(|s| act(*s as usize));
         }
     }
 
-    /// Puts the nodes where their condition has them, their neighbours inwards having moved. Returns the largest motion.
+    fn remember(&mut self, state: &State, dt: f64) {
+        if dt != self.dt {
+            self.steps = Steps::of(&self.conditions, self.rule, dt);
+            self.dt = dt;
+        }
+        let u = &state.u[self.component];
+        let mut before = std::mem::take(&mut self.before);
+        before.clear();
+        self.each(|s| before.push(u[s]));
+        self.before = before;
+        if state.step == 0 {
+            self.recall(state, dt);
+        }
+    }
+
+    /// Where nodes were a step before, their velocities being those that led from there.
+    fn recall(&mut self, state: &State, dt: f64) {
+        if self.conditions.len() < 2 {
+            return;
+        }
+        let (u, v) = (&state.u[self.component], &state.v[self.component]);
+        let mut older = std::mem::take(&mut self.older);
+        older.clear();
+        self.each(|s| older.push(u[s] - dt * v[s]));
+        self.older = older;
+    }
+
+    /// Puts the nodes where their conditions have them, their neighbours inwards having moved. Returns the largest
+    /// motion.
     fn follow(&self, state: &mut State, dt: f64) -> f64 {
         let (u, v) = (&mut state.u[self.component], &mut state.v[self.component]);
-        let order = self.coefficients.order();
+        let reach = self.steps.reach;
         let mut largest = 0.0_f64;
-        let nodes = self.slots.iter().zip(self.inward.chunks_exact(order));
-        for ((s, inward), before) in nodes.zip(self.before.chunks_exact(order + 1)) {
-            let inward = inward.iter().zip(&before[1..]);
-            let inward = inward.map(|(s, was)| (*was, u[*s as usize] - was));
-            let went = self.coefficients.step(self.rule, dt, before[0], inward);
-            u[*s as usize] = before[0] + went;
-            v[*s as usize] = went / dt;
+        for (k, (s, inward)) in (self.slots.iter())
+            .zip(self.inward.chunks_exact(reach))
+            .enumerate()
+        {
+            let (s, first) = (*s as usize, k * (reach + 1));
+            let own = self.before[first];
+            let went = self.steps.went(own, |j, t| match t {
+                0 => u[inward[j - 1] as usize],
+                1 => self.before[first + j],
+                _ => self.older[first + j],
+            });
+            u[s] = own + went;
+            v[s] = went / dt;
             largest = largest.max(went.abs());
         }
         largest
@@ -80,9 +119,12 @@ impl Boundaries {
                     component,
                     slots: Vec::new(),
                     inward: Vec::new(),
-                    coefficients: waves.coefficients.clone(),
+                    conditions: waves.conditions.clone(),
                     rule: face.rule,
+                    steps: Steps::of(&waves.conditions, face.rule, 0.0),
+                    dt: 0.0,
                     before: Vec::new(),
+                    older: Vec::new(),
                     velocity: Vec::new(),
                 };
                 // From the interior outwards.
@@ -98,7 +140,7 @@ impl Boundaries {
                         }
                         let slot = |node: &u32| engine.slot(*node as usize) as u32;
                         matched.slots.push(slot(&node));
-                        let inwards = &column[layer + 1..][..waves.coefficients.order()];
+                        let inwards = &column[layer + 1..][..waves.deep()];
                         matched.inward.extend(inwards.iter().map(slot));
                     }
                 }
@@ -108,9 +150,9 @@ impl Boundaries {
         Ok(Boundaries(list))
     }
 
-    pub fn before_drift(&mut self, state: &State) {
+    pub fn before_drift(&mut self, state: &State, dt: f64) {
         for matched in &mut self.0 {
-            matched.remember(state);
+            matched.remember(state, dt);
         }
     }
 
@@ -129,6 +171,12 @@ impl Boundaries {
         moved.fold(0.0, f64::max)
     }
 
+    /// Before the kick that completes a step of `dt`: velocities are still those of its middle.
+    pub fn before_kick(&mut self, state: &State, dt: f64) {
+        self.0.iter_mut().for_each(|m| m.recall(state, dt));
+        self.hold(state);
+    }
+
     /// Velocities that no kick is to change.
     pub fn hold(&mut self, state: &State) {
         for matched in &mut self.0 {
@@ -145,8 +193,7 @@ fn planes(face: &Face, body: &Body) -> Result<Vec<Vec<u32>>, InputError> {
     let Some(grid) = &body.grid else {
         return Ok(Vec::new());
     };
-    let order = face.components.iter().map(|w| w.coefficients.order());
-    let deep = face.layers + order.max().unwrap_or(1);
+    let deep = face.layers + face.deep();
     let mut columns: BTreeMap<[u32; 3], Vec<Option<u32>>> = BTreeMap::new();
     for (node, cell) in grid.cell.iter().enumerate() {
         let depth = cell[face.side.axis].abs_diff(face.end) as usize;

@@ -6,7 +6,7 @@
 //! is a motion of the boundary; waves grow the slower the longer the bar.
 
 use super::chain::Chain;
-use super::coefficients::{Coefficients, Rule};
+use super::coefficients::{Coefficients, Rule, Steps};
 
 /// Planes between the boundaries, at least.
 const PLANES: usize = 40;
@@ -26,9 +26,9 @@ pub struct Growth {
 
 impl Growth {
     /// What is wrong with a condition that grows.
-    pub(super) fn sentence(&self, chain: &Chain, coefficients: &Coefficients) -> String {
+    pub(super) fn sentence(&self, chain: &Chain, conditions: &[Coefficients]) -> String {
         let rate = self.rate * chain.largest();
-        let negative = coefficients.c.iter().find(|c| **c < 0.0);
+        let negative = conditions.iter().flat_map(|c| &c.c).find(|c| **c < 0.0);
         match (self.of_boundary, negative) {
             (true, Some(c)) => format!(
                 "has a motion of its own that grows at {rate:.2e} 1/s, as conditions with negative coefficients do ({c:.4})"
@@ -44,11 +44,11 @@ impl Growth {
 }
 
 /// The growth of the closed bar.
-pub fn growth(chain: &Chain, coefficients: &Coefficients, rule: Rule) -> Growth {
+pub fn growth(chain: &Chain, conditions: &[Coefficients], rule: Rule) -> Growth {
     let planes = PLANES.max(4 * chain.reach());
-    let rate = of_bar(chain, coefficients, rule, planes);
+    let rate = of_bar(chain, conditions, rule, planes);
     let longer = if rate > super::STILL {
-        of_bar(chain, coefficients, rule, 2 * planes)
+        of_bar(chain, conditions, rule, 2 * planes)
     } else {
         rate
     };
@@ -59,17 +59,20 @@ pub fn growth(chain: &Chain, coefficients: &Coefficients, rule: Rule) -> Growth 
 }
 
 /// Rate of growth over the largest frequency.
-fn of_bar(chain: &Chain, coefficients: &Coefficients, rule: Rule, planes: usize) -> f64 {
+fn of_bar(chain: &Chain, conditions: &[Coefficients], rule: Rule, planes: usize) -> f64 {
     let dt = STEP / chain.largest();
-    let layers = chain.reach();
-    let all = planes + 2 * layers;
-    let size = all + planes;
+    let bar = Bar {
+        chain,
+        steps: Steps::of(conditions, rule, dt),
+        dt,
+        planes,
+    };
+    let size = bar.size();
     let mut power = vec![0.0; size * size];
     for column in 0..size {
         let mut state = vec![0.0; size];
         state[column] = 1.0;
-        let (u, v) = state.split_at_mut(all);
-        advance(chain, coefficients, (rule, dt), u, v);
+        bar.advance(&mut state);
         for (row, value) in state.iter().enumerate() {
             power[row * size + column] = *value;
         }
@@ -91,34 +94,67 @@ fn of_bar(chain: &Chain, coefficients: &Coefficients, rule: Rule, planes: usize)
     (last / STEP).max(0.0)
 }
 
-/// One step of a bar: displacements of all planes, velocities (in the middle of steps) of those between the boundaries.
-fn advance(
-    chain: &Chain,
-    coefficients: &Coefficients,
-    (rule, dt): (Rule, f64),
-    u: &mut [f64],
-    v: &mut [f64],
-) {
-    let (layers, planes) = (chain.reach(), v.len());
-    let before = u.to_vec();
-    let reach = chain.reach() as isize;
-    for (k, v) in v.iter_mut().enumerate() {
-        let at = |l: isize| before[(layers + k).wrapping_add_signed(l)];
-        let pull = (-reach..=reach).map(|l| chain.pull(l) * at(l));
-        *v += dt * pull.sum::<f64>();
+/// A bar between two boundaries.
+struct Bar<'a> {
+    chain: &'a Chain,
+    steps: Steps,
+    dt: f64,
+    /// Planes between the boundaries.
+    planes: usize,
+}
+
+impl Bar<'_> {
+    fn all(&self) -> usize {
+        self.planes + 2 * self.chain.reach()
     }
-    for (k, v) in v.iter().enumerate() {
-        u[layers + k] += dt * v;
-    }
-    for m in 0..layers {
-        for (p, inward) in [(layers - 1 - m, 1), (layers + planes + m, -1)] {
-            let near = |j: isize| p.wrapping_add_signed(j * inward);
-            let inwards = (1..=coefficients.order() as isize)
-                .map(near)
-                .map(|q| (before[q], u[q] - before[q]));
-            let went = coefficients.step(rule, dt, before[p], inwards);
-            u[p] += went;
+
+    /// Planes at either end of which conditions read where they were a step before; with one condition none.
+    fn older(&self) -> usize {
+        match self.steps.times {
+            ..=2 => 0,
+            _ => self.chain.reach() + self.steps.reach,
         }
+    }
+
+    /// Displacements of all planes; those of the planes at the ends a step before; velocities, in the middle of steps, of
+    /// the planes between the boundaries.
+    fn size(&self) -> usize {
+        self.all() + 2 * self.older() + self.planes
+    }
+
+    fn advance(&self, state: &mut [f64]) {
+        let (layers, planes, all) = (self.chain.reach(), self.planes, self.all());
+        let kept = self.older();
+        let (u, rest) = state.split_at_mut(all);
+        let (older, v) = rest.split_at_mut(2 * kept);
+        let before = u.to_vec();
+        let reach = layers as isize;
+        for (k, v) in v.iter_mut().enumerate() {
+            let at = |l: isize| before[(layers + k).wrapping_add_signed(l)];
+            let pull = (-reach..=reach).map(|l| self.chain.pull(l) * at(l));
+            *v += self.dt * pull.sum::<f64>();
+        }
+        for (k, v) in v.iter().enumerate() {
+            u[layers + k] += self.dt * v;
+        }
+        // The plane `k` from an end.
+        let of = |right: bool, k: usize| if right { all - 1 - k } else { k };
+        for m in 0..layers {
+            for right in [false, true] {
+                let depth = layers - 1 - m;
+                let went = self.steps.went(before[of(right, depth)], |j, t| match t {
+                    0 => u[of(right, depth + j)],
+                    1 => before[of(right, depth + j)],
+                    _ => older[usize::from(right) * kept + depth + j],
+                });
+                u[of(right, depth)] += went;
+            }
+        }
+        for k in 0..kept {
+            older[k] = before[of(false, k)];
+            older[kept + k] = before[of(true, k)];
+        }
+        debug_assert_eq!(v.len(), planes);
     }
 }
 
@@ -177,7 +213,7 @@ mod tests {
 
     fn rate(chain: &Chain, n: usize) -> Growth {
         let c = Coefficients::of(&chain.series(n), n, 1.0).unwrap();
-        growth(chain, &c, Rule::Trapezoidal)
+        growth(chain, &[c], Rule::Trapezoidal)
     }
 
     #[test]
@@ -223,6 +259,24 @@ mod tests {
         grows(correspondence(2, 4.0), 2, false);
         grows(correspondence(3, 3.0), 2, true);
         grows(correspondence(3, 2.4), 3, true);
+    }
+
+    /// Longitudinal and transverse waves at once: the second condition is that of 0.6 of the own speed. A body may drift,
+    /// which is on the edge, and short waves come back stronger.
+    #[test]
+    fn two_conditions_grow() {
+        for chain in [
+            bonds(1),
+            bonds(3),
+            correspondence(1, 0.5),
+            correspondence(3, 0.0),
+        ] {
+            let own = chain.series(1);
+            let other = [own[0] * 0.6];
+            let both = [&own[..], &other].map(|a| Coefficients::of(a, 1, 1.0).unwrap());
+            let found = growth(&chain, &both, Rule::Trapezoidal);
+            assert!(found.rate > super::super::STILL, "{found:?}");
+        }
     }
 
     /// Speeds and the first coefficients of dispersion in closed form: 17/30 - 17 Gs/64 and 13/120 for n = 2.

@@ -3,7 +3,7 @@
 use super::document::{Data, Value};
 use super::problem::Problem;
 use super::section::{Section, listed, nearest};
-use crate::matching::{MOST, Matching, Rule, Side, Tangential};
+use crate::matching::{MOST, Match, Matching, Rule, Side};
 use crate::spec::Spec;
 
 const RULES: [(&str, Rule); 2] = [
@@ -11,8 +11,11 @@ const RULES: [(&str, Rule); 2] = [
     ("explicit", Rule::Explicit),
 ];
 
-const TANGENTIAL: [(&str, Tangential); 2] =
-    [("own", Tangential::Own), ("normal", Tangential::Normal)];
+const WAVES: [(&str, Match); 3] = [
+    ("both", Match::Both),
+    ("own", Match::Own),
+    ("longitudinal", Match::Longitudinal),
+];
 
 pub(super) fn read(section: Section<'_>, spec: &Spec) -> Option<Matching> {
     let sides = sides(&section, spec.dim);
@@ -20,12 +23,12 @@ pub(super) fn read(section: Section<'_>, spec: &Spec) -> Option<Matching> {
     let order = order(&section);
     let layers = section.count("layers", 1);
     let rule = section.choice("rule", &RULES);
-    let tangential = section.choice("tangential", &TANGENTIAL);
+    let waves = section.choice("waves", &WAVES);
     let unstable = section.flag("unstable");
     let given = |key: &str, read: bool| section.value(key).is_none() || read;
     let whole = given("layers", layers.is_some())
         && given("rule", rule.is_some())
-        && given("tangential", tangential.is_some())
+        && given("waves", waves.is_some())
         && given("unstable", unstable.is_some());
     if spec.force.is_empty() {
         let problem = Problem::new(format!(
@@ -43,7 +46,7 @@ pub(super) fn read(section: Section<'_>, spec: &Spec) -> Option<Matching> {
         order,
         layers: layers.map(|l| l as usize),
         rule: rule.unwrap_or_default(),
-        tangential: tangential.unwrap_or_default(),
+        waves: waves.unwrap_or_default(),
         unstable: unstable.unwrap_or(false),
     })
 }
