@@ -5,6 +5,7 @@
 //! A further study is one more entry in [`STUDIES`]. `pdlang bench accuracy` shows the rows, `docs/accuracy.md` has them all.
 
 mod case;
+mod matching;
 mod pml;
 
 use std::fmt::{self, Display};
@@ -12,7 +13,7 @@ use std::fmt::{self, Display};
 pub use case::Case;
 
 /// All studies, in the order of the report.
-pub const STUDIES: &[&[Study]] = &[pml::STUDIES];
+pub const STUDIES: &[&[Study]] = &[pml::STUDIES, matching::STUDIES];
 
 pub struct Study {
     /// Also that of its rows. Several studies may share one: a quick part and a long one.
