@@ -2,7 +2,7 @@
 //!
 //! On the outer `layers` planes of a side every component of the displacement obeys `sum c_j u'_j = sum b_j u_j`, over
 //! the node itself (`j = 0`) and its `order` neighbours inwards. The coefficients are those for which a plane wave that
-//! leaves along the normal fulfils the condition to the order `2 N` of its wave number (Wang, Zhang and Tang, nonlocal
+//! leaves along the normal fulfils the condition to the order `2 N` of its wave number (Nicely, Tang and Qian 2018, nonlocal
 //! matching boundary conditions, eq. 45 to 51 and 60); they follow from the law's own dispersion on the lattice, one
 //! chain of lattice planes for every component (`chain.rs`), and so serve any law. With as many layers as the law
 //! reaches planes far, every node that moves by its force has whole families, and so have the nodes of these.

@@ -1,4 +1,4 @@
-//! Matching boundaries: the experiments of Wang, Zhang and Tang, and what is left with other laws.
+//! Matching boundaries: the experiments of Nicely, Tang and Qian, and what is left with other laws.
 //!
 //! Energies are those of the interior: kinetic, and of the strains of the stabilised correspondence solid as their eq. 1
 //! to 12 have them, summed here over the lattice without a kernel of the program.
