@@ -68,12 +68,6 @@ pub const STUDIES: &[Study] = &[
         measure: table4,
     },
     Study {
-        id: "paper-nmbc-table5",
-        about: "The same with stabilisation.",
-        long: true,
-        measure: table5,
-    },
-    Study {
         id: "paper-nmbc-table4",
         about: "The same with tangential components that match transverse waves, which is what a scene gets unless it says \
                 otherwise.",
@@ -86,6 +80,12 @@ pub const STUDIES: &[Study] = &[
                 what the paper reports as a bound. They grow in long runs, so that a scene has to insist.",
         long: true,
         measure: table4_both,
+    },
+    Study {
+        id: "paper-nmbc-table5",
+        about: "The plate of table 4 with stabilisation. References of an independent run.",
+        long: true,
+        measure: table5,
     },
 ];
 
@@ -248,7 +248,12 @@ fn fig6() -> Result<Vec<Measure>, String> {
     let value = left_in_bar(&ordinary(1)?, 1, 0.0, 1)?;
     Ok(vec![
         Measure::new("one plane, n = 1", value, 0.112, Part(0.02)),
-        Measure::new("one plane, n = 1, of the paper", value, 0.057, super::Tolerance::AtLeast),
+        Measure::new(
+            "one plane, n = 1, of the paper",
+            value,
+            0.057,
+            super::Tolerance::AtLeast,
+        ),
     ])
 }
 
@@ -260,32 +265,50 @@ fn ordinary(n: u32) -> Result<Case, String> {
 
 fn fig7() -> Result<Vec<Measure>, String> {
     let known = [0.112, 0.115, 0.117, 0.130, 0.136];
-    (1..).zip(known)
+    (1..)
+        .zip(known)
         .map(|(n, reference)| {
             let value = left_in_bar(&ordinary(n)?, n, 0.0, n)?;
-            Ok(Measure::new(format!("{n} planes, n = {n}"), value, reference, Part(0.02)))
+            Ok(Measure::new(
+                format!("{n} planes, n = {n}"),
+                value,
+                reference,
+                Part(0.02),
+            ))
         })
         .collect()
 }
 
 fn table2() -> Result<Vec<Measure>, String> {
     let known = [5.45e-4, 2.71e-3, 6.56e-3, 1.34e-2, 2.56e-2];
-    (1..).zip(known)
+    (1..)
+        .zip(known)
         .map(|(n, reference)| {
             let value = left_in_bar(&of_horizon(n, 0.0)?, n, 0.0, 2 * n)?;
-            Ok(Measure::new(format!("n = {n}"), value, reference, Part(0.02)))
+            Ok(Measure::new(
+                format!("n = {n}"),
+                value,
+                reference,
+                Part(0.02),
+            ))
         })
         .collect()
 }
 
 fn table2_explicit() -> Result<Vec<Measure>, String> {
     let known = [9e-4, 2.9e-3, 7.9e-3, 1.5e-2, 2.92e-2];
-    (1..).zip(known)
+    (1..)
+        .zip(known)
         .map(|(n, reference)| {
             let case = of_horizon(n, 0.0)?.with("order = 1", "order = 1\nrule = \"explicit\"")?;
             let case = case.with("dt = 0.02", "dt = 0.005")?;
             let value = left_in_bar(&case, n, 0.0, 2 * n)?;
-            Ok(Measure::new(format!("explicit, n = {n}"), value, reference, Part(0.1)))
+            Ok(Measure::new(
+                format!("explicit, n = {n}"),
+                value,
+                reference,
+                Part(0.1),
+            ))
         })
         .collect()
 }
@@ -312,14 +335,28 @@ fn fig11() -> Result<Vec<Measure>, String> {
                 case = case.with("order = 1", "order = 1\nunstable = true")?;
             }
             let value = left_in_bar(&case, n, gs, 2 * n)?;
-            let near = if reference > 1e-5 { Part(0.05) } else { Factor(2.0) };
-            rows.push(Measure::new(format!("order 1, n = {n}, Gs = {gs}"), value, reference, near));
+            let near = if reference > 1e-5 {
+                Part(0.05)
+            } else {
+                Factor(2.0)
+            };
+            rows.push(Measure::new(
+                format!("order 1, n = {n}, Gs = {gs}"),
+                value,
+                reference,
+                near,
+            ));
         }
     }
     for (gs, reference) in second {
         let case = of_horizon(1, gs)?.with("order = 1", "order = 2")?;
         let value = left_in_bar(&case, 1, gs, 2)?;
-        rows.push(Measure::new(format!("order 2, n = 1, Gs = {gs}"), value, reference, Factor(2.0)));
+        rows.push(Measure::new(
+            format!("order 2, n = 1, Gs = {gs}"),
+            value,
+            reference,
+            Factor(2.0),
+        ));
     }
     Ok(rows)
 }
@@ -386,8 +423,15 @@ fn other_laws() -> Result<Vec<Measure>, String> {
     let mut rows = Vec::new();
     for hump in all {
         let value = hump.measure()?;
-        let quantity = format!("{}, horizon {} dx, order {}", hump.name, hump.horizon, hump.order);
-        let near = if hump.left > 1e-7 { Part(0.05) } else { Factor(2.0) };
+        let quantity = format!(
+            "{}, horizon {} dx, order {}",
+            hump.name, hump.horizon, hump.order
+        );
+        let near = if hump.left > 1e-7 {
+            Part(0.05)
+        } else {
+            Factor(2.0)
+        };
         rows.push(Measure::new(quantity, value, hump.left, near));
     }
     Ok(rows)
@@ -400,7 +444,10 @@ impl Hump {
         let case = Case::new("matching-hump", text);
         let case = case.with("horizon = 3 ", &format!("horizon = {} ", self.horizon))?;
         let case = case.with("reach = 3 ", &format!("reach = {reach} "))?;
-        let case = case.with("flavour = \"bar\"", &format!("flavour = \"{}\"", self.flavour))?;
+        let case = case.with(
+            "flavour = \"bar\"",
+            &format!("flavour = \"{}\"", self.flavour),
+        )?;
         let written = "model = \"pmb\"\nlinearised = true\nK = \"2/3\" ";
         let case = case.with(written, self.material)?;
         let case = case.with("order = 1", &format!("order = {}", self.order))?;
@@ -453,7 +500,11 @@ fn table3() -> Result<Vec<Measure>, String> {
     let mut rows = Vec::new();
     for (n, references) in known {
         for (gs, reference) in all.into_iter().zip(references) {
-            let near = if reference > 1e-4 { Part(0.05) } else { Factor(2.0) };
+            let near = if reference > 1e-4 {
+                Part(0.05)
+            } else {
+                Factor(2.0)
+            };
             let quantity = format!("horizon {n} dx, Gs = {gs}");
             rows.push(Measure::new(quantity, strip(n, gs)?, reference, near));
         }
@@ -461,13 +512,16 @@ fn table3() -> Result<Vec<Measure>, String> {
     Ok(rows)
 }
 
-/// What is left in the plate; `waves` as a scene says it.
+/// What is left in the plate; `waves` is what the scene says of its boundaries.
 fn plate(horizon: &str, n: f64, gs: f64, waves: &str) -> Result<f64, String> {
     let text = include_str!("../../../examples/paper-nmbc-table4.toml");
     let case = Case::new("paper-nmbc-table4", text).with("n = 2  ", &format!("n = {horizon}  "))?;
     let case = case.with("gs = 0\n", &format!("gs = {gs}\n"))?;
-    let case = case.with("planes = 4 ", &format!("planes = {} ", 2 * n.floor() as u32))?;
-    let case = case.with("order = 1", &format!("order = 1\nwaves = \"{waves}\""))?;
+    let case = case.with(
+        "planes = 4 ",
+        &format!("planes = {} ", 2 * n.floor() as u32),
+    )?;
+    let case = case.with("order = 1", &format!("order = 1\n{waves}"))?;
     let solid = Solid {
         n,
         gs,
@@ -475,7 +529,9 @@ fn plate(horizon: &str, n: f64, gs: f64, waves: &str) -> Result<f64, String> {
         nu: 0.25,
     };
     let mut seen = case.at(&[0.0, 40.0], |sim| {
-        Ok(solid.energy(sim, |x| x[0] > 0.0 && x[0] < 150.0 && x[1] > 0.0 && x[1] < 275.0))
+        Ok(solid.energy(sim, |x| {
+            x[0] > 0.0 && x[0] < 150.0 && x[1] > 0.0 && x[1] < 275.0
+        }))
     })?;
     match (seen.pop(), seen.pop()) {
         (Some(last), Some(first)) if first > 0.0 => Ok(last / first),
@@ -494,32 +550,55 @@ fn table4() -> Result<Vec<Measure>, String> {
     ];
     let mut rows = Vec::new();
     for (horizon, n, reference) in known {
-        let value = plate(horizon, n, 0.0, "longitudinal")?;
+        let value = plate(horizon, n, 0.0, "waves = \"longitudinal\"")?;
         let quantity = format!("horizon {} dx", horizon.trim_matches('"'));
         rows.push(Measure::new(&quantity, value, reference, Part(0.05)));
-        rows.push(Measure::new(format!("{quantity}, at most 0.4 %"), value, 4e-3, AtMost));
+        rows.push(Measure::new(
+            format!("{quantity}, at most 0.4 %"),
+            value,
+            4e-3,
+            AtMost,
+        ));
     }
     Ok(rows)
 }
 
 fn table4_own() -> Result<Vec<Measure>, String> {
-    let known = [("1", 1.0, 1.45e-3), ("2", 2.0, 1.50e-3), ("3", 3.0, 2.07e-3)];
+    let known = [
+        ("1", 1.0, 1.45e-3),
+        ("2", 2.0, 1.50e-3),
+        ("3", 3.0, 2.07e-3),
+    ];
     known
         .into_iter()
         .map(|(horizon, n, reference)| {
-            let value = plate(horizon, n, 0.0, "own")?;
-            Ok(Measure::new(format!("transverse, horizon {horizon} dx"), value, reference, Part(0.05)))
+            let value = plate(horizon, n, 0.0, "waves = \"own\"")?;
+            Ok(Measure::new(
+                format!("transverse, horizon {horizon} dx"),
+                value,
+                reference,
+                Part(0.05),
+            ))
         })
         .collect()
 }
 
 fn table4_both() -> Result<Vec<Measure>, String> {
-    let reported = [("1", 1.0, 1.04e-4), ("2", 2.0, 1.65e-4), ("3", 3.0, 6.06e-4)];
+    let reported = [
+        ("1", 1.0, 1.04e-4),
+        ("2", 2.0, 1.65e-4),
+        ("3", 3.0, 6.06e-4),
+    ];
     reported
         .into_iter()
         .map(|(horizon, n, reference)| {
-            let value = plate(horizon, n, 0.0, "both\"\nunstable = true\n#\"")?;
-            Ok(Measure::new(format!("both waves, horizon {horizon} dx"), value, reference, AtMost))
+            let value = plate(horizon, n, 0.0, "waves = \"both\"\nunstable = true")?;
+            Ok(Measure::new(
+                format!("both waves, horizon {horizon} dx"),
+                value,
+                reference,
+                AtMost,
+            ))
         })
         .collect()
 }
@@ -533,8 +612,13 @@ fn table5() -> Result<Vec<Measure>, String> {
     let mut rows = Vec::new();
     for (n, references) in known {
         for (gs, reference) in [0.1, 0.25, 0.5, 1.0].into_iter().zip(references) {
-            let value = plate(&n.to_string(), n, gs, "longitudinal")?;
-            rows.push(Measure::new(format!("horizon {n} dx, Gs = {gs}"), value, reference, Part(0.05)));
+            let value = plate(&n.to_string(), n, gs, "waves = \"longitudinal\"")?;
+            rows.push(Measure::new(
+                format!("horizon {n} dx, Gs = {gs}"),
+                value,
+                reference,
+                Part(0.05),
+            ));
         }
     }
     Ok(rows)
