@@ -135,9 +135,9 @@ enum Value {
 }
 
 impl Driver {
-    /// Whether it holds at a time; steps of `dt` end there up to rounding.
-    fn holds(&self, t: f64, dt: f64) -> bool {
-        t <= self.until + 1e-6 * dt
+    /// Whether it holds at a time, or in a step that ends then, up to rounding.
+    fn holds(&self, t: f64) -> bool {
+        t <= self.until * (1.0 + 1e-9)
     }
 
     /// Calls `act(position in the lists, slot, expression at t)` for every node.
@@ -264,9 +264,9 @@ pub fn set_initial(
 pub struct Conditions {
     displacement: Vec<Driver>,
     velocity: Vec<Driver>,
-    /// Displacements that follow mirror images; they come behind both.
+    /// Displacements that follow mirror images; they come last.
     mirrored: Vec<Driver>,
-    /// Displacements that follow the waves which leave; they come last.
+    /// Displacements that follow the waves which leave; they come behind what is prescribed.
     matched: Boundaries,
     force: Vec<Driver>,
     /// Those that follow mirror images come last.
@@ -374,17 +374,17 @@ impl Conditions {
 
     /// Whether nothing is imposed and nothing loaded.
     pub fn is_free(&self) -> bool {
-        self.motion(f64::NEG_INFINITY, 0.0).next().is_none()
+        self.motion(f64::NEG_INFINITY).next().is_none()
             && self.matched.0.is_empty()
             && self.force.is_empty()
             && self.field.is_empty()
             && self.half.is_empty()
     }
 
-    /// Drivers of the motion in the step of `dt` that ends at `t`, each after those that it follows.
-    fn motion(&self, t: f64, dt: f64) -> impl Iterator<Item = &Driver> {
+    /// Drivers of the motion in the step that ends at `t`, each after those that it follows.
+    fn motion(&self, t: f64) -> impl Iterator<Item = &Driver> {
         let lists = [&self.displacement, &self.velocity, &self.mirrored];
-        lists.into_iter().flat_map(move |l| holding(l, t, dt))
+        lists.into_iter().flat_map(move |l| holding(l, t))
     }
 
     /// Imposes displacements and fields at the start.
@@ -401,7 +401,7 @@ impl Conditions {
         for f in &mut self.loads.density {
             self.loads.touched.iter().for_each(|&s| f[s as usize] = 0.0);
         }
-        for driver in holding(&self.force, t, 0.0) {
+        for driver in holding(&self.force, t) {
             let f = &mut self.loads.density[driver.component];
             driver.each(body, t, |_, s, v| f[s] += v);
         }
@@ -412,7 +412,7 @@ impl Conditions {
         let mut before = std::mem::take(&mut self.before);
         before.clear();
         let mut work = 0.0;
-        for driver in self.motion(state.time + balance.dt, balance.dt) {
+        for driver in self.motion(state.time + balance.dt) {
             let u = &state.u[driver.component];
             before.extend(driver.slots.iter().map(|s| u[*s as usize]));
             work -= balance.kinetic(state, driver.component, &driver.slots);
@@ -429,17 +429,17 @@ impl Conditions {
     /// Before the drift from `state.time`: driven components get the velocities that lead where they belong.
     pub fn steer(&self, state: &mut State, balance: &Balance) {
         let (t, dt) = (state.time, balance.dt);
-        for driver in holding(&self.displacement, t + dt, dt) {
+        for driver in holding(&self.displacement, t + dt) {
             let (u, v) = (&state.u[driver.component], &mut state.v[driver.component]);
             driver.each(balance.body, t + dt, |_, s, value| {
                 v[s] = (value - u[s]) / dt
             });
         }
-        for driver in holding(&self.velocity, t + dt, dt) {
+        for driver in holding(&self.velocity, t + dt) {
             driver.impose(balance.body, t + 0.5 * dt, &mut state.v[driver.component]);
         }
-        self.impose_mirrored_velocities(balance.body, t, t + dt, state);
         self.matched.steer(state);
+        self.impose_mirrored_velocities(balance.body, (t, t + dt), t + dt, state);
     }
 
     /// After the drift to `state.time`: puts driven components where they belong; their velocities become
@@ -448,10 +448,10 @@ impl Conditions {
         let (time, dt) = (state.time, balance.dt);
         let mut before = self.before.iter().copied();
         let mut largest = 0.0_f64;
-        for driver in holding(&self.displacement, time, dt) {
+        for driver in holding(&self.displacement, time) {
             largest = largest.max(driver.place(state, balance, &mut before));
         }
-        for driver in holding(&self.velocity, time, dt) {
+        for driver in holding(&self.velocity, time) {
             let (u, v) = (
                 &mut state.u[driver.component],
                 &mut state.v[driver.component],
@@ -463,10 +463,10 @@ impl Conditions {
                 largest = largest.max((dt * value).abs());
             });
         }
-        for driver in holding(&self.mirrored, time, dt) {
+        largest = largest.max(self.matched.after_drift(state, dt));
+        for driver in holding(&self.mirrored, time) {
             largest = largest.max(driver.place(state, balance, &mut before));
         }
-        largest = largest.max(self.matched.after_drift(state, dt));
         self.impose_fields(balance.body, time, &mut state.slots);
         self.account(state, balance);
         largest
@@ -477,12 +477,17 @@ impl Conditions {
         self.matched.before_kick(state, dt);
     }
 
+    /// Gives the nodes of matching boundaries back their velocities.
+    pub fn hold_matched(&self, state: &mut State) {
+        self.matched.steer(state);
+    }
+
     /// After the last half kick at `state.time`: imposes velocities.
     pub fn after_kick(&mut self, state: &mut State, balance: &Balance) {
-        self.impose_velocities(balance.body, state, balance.dt);
         self.matched.steer(state);
+        self.impose_velocities(balance.body, state, balance.dt);
         let mut work = 0.0;
-        for driver in self.motion(state.time, balance.dt) {
+        for driver in self.motion(state.time) {
             work += balance.kinetic(state, driver.component, &driver.slots);
         }
         self.work += work;
@@ -496,7 +501,7 @@ impl Conditions {
     /// second and `state.v` the velocity of the middle both times.
     pub fn account(&mut self, state: &State, balance: &Balance) {
         let mut work = 0.5 * self.loads.work(&state.v, balance.volume, balance.dt);
-        for driver in self.motion(state.time, balance.dt) {
+        for driver in self.motion(state.time) {
             work -= balance.power(state, &self.loads, driver.component, &driver.slots);
         }
         self.work += work;
@@ -507,7 +512,8 @@ impl Conditions {
 
     /// Calls `act` with every slot whose motion is imposed, in any component.
     pub fn driven(&self, mut act: impl FnMut(usize)) {
-        let motion = self.motion(f64::NEG_INFINITY, 0.0).map(|d| &d.slots);
+        // Those that are to be free one day are so for a sphere.
+        let motion = self.motion(f64::INFINITY).map(|d| &d.slots);
         let matched = self.matched.0.iter().map(|m| &m.slots);
         motion
             .chain(matched)
@@ -517,14 +523,14 @@ impl Conditions {
 
     /// Imposes fields at half steps at time `t`.
     pub fn impose_half_fields(&self, body: &Body, t: f64, slots: &mut [Vec<f64>]) {
-        for driver in holding(&self.half, t, 0.0) {
+        for driver in holding(&self.half, t) {
             driver.impose(body, t, &mut slots[driver.component]);
         }
     }
 
     /// Imposes the other fields at time `t`.
     pub fn impose_fields(&self, body: &Body, t: f64, slots: &mut [Vec<f64>]) {
-        for driver in holding(&self.field, t, 0.0) {
+        for driver in holding(&self.field, t) {
             driver.impose(body, t, &mut slots[driver.component]);
         }
     }
@@ -532,20 +538,27 @@ impl Conditions {
     /// Velocities of driven components at `state.time`; those of prescribed displacements are central differences.
     pub fn impose_velocities(&self, body: &Body, state: &mut State, dt: f64) {
         let t = state.time;
-        for driver in holding(&self.displacement, t, dt).filter(|_| dt > 0.0) {
+        for driver in holding(&self.displacement, t).filter(|_| dt > 0.0) {
             let v = &mut state.v[driver.component];
             driver.each(body, t + 0.5 * dt, |_, s, value| v[s] = value);
             driver.each(body, t - 0.5 * dt, |_, s, value| v[s] = (v[s] - value) / dt);
         }
-        for driver in holding(&self.velocity, t, dt) {
+        for driver in holding(&self.velocity, t) {
             driver.impose(body, t, &mut state.v[driver.component]);
         }
-        self.impose_mirrored_velocities(body, t - 0.5 * dt, t + 0.5 * dt, state);
+        let around = (t - 0.5 * dt, t + 0.5 * dt);
+        self.impose_mirrored_velocities(body, around, t, state);
     }
 
     /// Velocities that follow mirror images, the expression changing as it does from one time to another.
-    fn impose_mirrored_velocities(&self, body: &Body, from: f64, to: f64, state: &mut State) {
-        for driver in holding(&self.mirrored, to, to - from).filter(|_| to > from) {
+    fn impose_mirrored_velocities(
+        &self,
+        body: &Body,
+        (from, to): (f64, f64),
+        t: f64,
+        state: &mut State,
+    ) {
+        for driver in holding(&self.mirrored, t).filter(|_| to > from) {
             let v = &mut state.v[driver.component];
             driver.each(body, to, |_, s, value| v[s] = value);
             driver.each(body, from, |k, s, value| {
@@ -555,9 +568,9 @@ impl Conditions {
     }
 }
 
-/// Those that hold in a step of `dt` that ends at `t`.
-fn holding(list: &[Driver], t: f64, dt: f64) -> impl Iterator<Item = &Driver> {
-    list.iter().filter(move |d| d.holds(t, dt))
+/// Those that hold at `t`, or in a step that ends then.
+fn holding(list: &[Driver], t: f64) -> impl Iterator<Item = &Driver> {
+    list.iter().filter(move |d| d.holds(t))
 }
 
 /// Takes the nodes of `later` away from the earlier drivers of the same component.

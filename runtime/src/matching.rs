@@ -20,11 +20,14 @@ pub use growth::{Growth, growth};
 use crate::body::Body;
 use crate::engine::{Law, Settings};
 use crate::error::InputError;
+use crate::spec::{FieldSpec, RateSpec};
 
 /// The highest order there is.
 pub const MOST: usize = 4;
 /// Growth up to this share of the largest frequency is none [1].
 pub const STILL: f64 = 1e-8;
+/// How far a law may look: the step of a closed bar is a dense matrix.
+const MOST_PLANES: usize = 64;
 
 /// A side of a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -105,6 +108,13 @@ impl std::fmt::Display for Face {
             self.layers
         )?;
         if let Some(normal) = self.components.get(self.side.axis) {
+            if self.layers < normal.chain.looks {
+                let looks = normal.chain.looks;
+                write!(
+                    f,
+                    ", fewer than the {looks} that the law looks far: families are cut"
+                )?;
+            }
             let back = |n: f64| 100.0 * normal.reflection(2.0 * std::f64::consts::PI / n);
             write!(
                 f,
@@ -154,6 +164,9 @@ pub struct Waves {
     pub growth: Growth,
 }
 
+/// Axis, material and components of a side.
+type Known = (usize, usize, Vec<Waves>);
+
 /// Coefficients and layers of every side, each once.
 ///
 /// # Errors
@@ -168,6 +181,8 @@ pub(crate) fn faces(
 ) -> Result<Vec<Face>, InputError> {
     let mut faces: Vec<Face> = Vec::new();
     for matching in list {
+        // The waves of one side of an axis are those of the other.
+        let mut known: Vec<Known> = Vec::new();
         for side in &matching.sides {
             if faces.iter().any(|f| f.side == *side) {
                 return Err(InputError::new(
@@ -175,7 +190,14 @@ pub(crate) fn faces(
                     "name every side once",
                 ));
             }
-            faces.push(face(matching, *side, body, law, settings, density)?);
+            faces.push(face(
+                matching,
+                *side,
+                body,
+                law,
+                settings,
+                (density, &mut known),
+            )?);
         }
     }
     faces.sort_by_key(|f| f.side.axis);
@@ -189,7 +211,7 @@ fn face(
     body: &Body,
     law: &Law,
     settings: &Settings,
-    density: &[f64],
+    (density, known): (&[f64], &mut Vec<Known>),
 ) -> Result<Face, InputError> {
     let name = side.name();
     if law.spec.force.is_empty() {
@@ -207,13 +229,27 @@ fn face(
             "a matching boundary is the end of a body: name another side",
         ));
     }
-    if !body.horizon.is_empty() {
+    let still = |f: &FieldSpec| {
+        let stepped = |r: &RateSpec| law.spec.fields[r.field as usize].name == f.name;
+        !law.spec.rates.iter().any(stepped)
+    };
+    if let Some(field) = law.spec.fields.iter().find(|f| still(f)) {
         return Err(InputError::new(
-            "matching boundaries take one horizon, and nodes of the body have their own",
-            "give a constant horizon",
+            format!(
+                "`{}` has the field `{}`, which a scene sets, and waves depend on it",
+                law.spec.law, field.name
+            ),
+            "a matching boundary takes laws without such fields: use an absorbing layer",
         ));
     }
     let (end, material) = outermost(side, body)?;
+    let own = settings.met_horizon(material, material);
+    if settings.horizon.iter().any(|h| *h > own) || !body.horizon.is_empty() {
+        return Err(InputError::new(
+            "a matching boundary takes one horizon, and other nodes of this body have longer ones",
+            "give a constant horizon",
+        ));
+    }
     let dim = body.flavour.dim();
     let chains = (0..dim)
         .map(|a| {
@@ -221,14 +257,32 @@ fn face(
             Ok(chain.over(density[material]))
         })
         .collect::<Result<Vec<Chain>, InputError>>()?;
-    let components = (0..dim)
-        .map(|a| waves(matching, side, a, &chains))
-        .collect::<Result<Vec<Waves>, InputError>>()?;
-    let reach = components.iter().map(|w| w.chain.looks).max();
+    let looks = chains.iter().map(|c| c.looks).max().unwrap_or(1);
+    if looks > MOST_PLANES {
+        return Err(InputError::new(
+            format!(
+                "the law looks {looks} planes of nodes far, more than the {MOST_PLANES} that can be matched"
+            ),
+            "a horizon of a few spacings is usual",
+        ));
+    }
+    let layers = matching.layers.unwrap_or(looks);
+    one_material(side, (end, layers.saturating_add(looks)), body)?;
+    let same = known.iter().find(|k| (k.0, k.1) == (side.axis, material));
+    let components = match same {
+        Some((_, _, components)) => components.clone(),
+        None => {
+            let components = (0..dim)
+                .map(|a| waves(matching, side, a, &chains))
+                .collect::<Result<Vec<Waves>, InputError>>()?;
+            known.push((side.axis, material, components.clone()));
+            components
+        }
+    };
     Ok(Face {
         side,
         end,
-        layers: matching.layers.unwrap_or(reach.unwrap_or(1)),
+        layers,
         rule: matching.rule,
         components,
         material,
@@ -260,9 +314,10 @@ fn waves(
     };
     let named = ["x", "y", "z"][component];
     let why = |what: &str| {
+        let others = |n: &usize| *n != matching.order;
         let holds =
             |n: &usize| of(*n).is_some_and(|c| growth(chain, &c, matching.rule).rate <= STILL);
-        let largest = (1..matching.order).rev().find(holds);
+        let largest = (1..=MOST).rev().filter(others).find(holds);
         InputError::new(
             format!(
                 "a matching boundary of order {} on the side {} {what} (component {named})",
@@ -276,6 +331,9 @@ fn waves(
             },
         )
     };
+    if chain.reach() == 0 {
+        return Err(why("has no wave to match: nothing resists a motion"));
+    }
     let Some(conditions) = of(matching.order) else {
         return Err(
             match followed.iter().any(|a| chains[*a].series(1).is_empty()) {
@@ -310,16 +368,30 @@ fn outermost(side: Side, body: &Body) -> Result<(u32, usize), InputError> {
         along().min()
     }
     .unwrap_or(0);
-    let outer = along().enumerate().filter(|(_, c)| *c == end);
-    let mut materials = outer.map(|(node, _)| body.material.get(node).copied().unwrap_or(0));
-    let first = materials.next().unwrap_or(0);
-    if materials.any(|m| m != first) {
-        return Err(InputError::new(
-            format!("the side {} has several materials", side.name()),
+    let outer = along().position(|c| c == end).unwrap_or(0);
+    let material = body.material.get(outer).copied().unwrap_or(0);
+    Ok((end, material.into()))
+}
+
+/// Refuses a side that has several materials as deep as nodes of its boundary look.
+fn one_material(side: Side, (end, deep): (u32, usize), body: &Body) -> Result<(), InputError> {
+    let Some(grid) = &body.grid else {
+        return Ok(());
+    };
+    let near = |(_, c): &(usize, &[u32; 3])| (c[side.axis].abs_diff(end) as usize) < deep;
+    let near = grid.cell.iter().enumerate().filter(near);
+    let mut materials = near.map(|(node, _)| body.material.get(node).copied().unwrap_or(0));
+    let first = materials.next();
+    match materials.all(|m| Some(m) == first) {
+        true => Ok(()),
+        false => Err(InputError::new(
+            format!(
+                "the side {} has several materials within {deep} planes of nodes",
+                side.name()
+            ),
             "a matching boundary takes one",
-        ));
+        )),
     }
-    Ok((end, first.into()))
 }
 
 /// Whether the body is thick enough for what stands on two opposite sides.
@@ -337,7 +409,9 @@ fn room(faces: &[Face], body: &Body) -> Result<(), InputError> {
             continue;
         };
         let inner = of_axis.iter().map(|f| f.deep()).max().unwrap_or(1);
-        let needed = of_axis.iter().map(|f| f.layers).sum::<usize>() + inner;
+        let needed = of_axis
+            .iter()
+            .fold(inner, |sum, f| sum.saturating_add(f.layers));
         let planes = (high - low) as usize + 1;
         if planes < needed {
             return Err(InputError::new(

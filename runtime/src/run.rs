@@ -88,6 +88,7 @@ impl Simulation {
             let doubt = self.doubt();
             self.broken += self.engine.commit(&mut self.state) as u64;
             if !self.spec.after_step.is_empty() {
+                self.conditions.hold_matched(&mut self.state);
                 self.conditions
                     .impose_velocities(&self.body, &mut self.state, self.dt);
             }
@@ -370,7 +371,12 @@ impl Simulation {
         let grown = known && self.watch.strikes >= STRIKES;
         (self.row.step == self.state.step && (grown || !energy.is_finite())).then(|| {
             let put_in = self.initial_energy + self.watch.effort;
-            format!("the energy is {energy:.3e} J, of which only {put_in:.3e} J were put in: the step is too large")
+            let why = if self.row.left < 0.0 {
+                "waves grow at the matching boundaries, or the step is too large"
+            } else {
+                "the step is too large"
+            };
+            format!("the energy is {energy:.3e} J, of which only {put_in:.3e} J were put in: {why}")
         })
     }
 

@@ -124,7 +124,7 @@ fn energies_are_accounted_for() {
         assert!(rest < share * first, "{flavour}: {rest} of {first}");
         assert!(row.left > (1.0 - 3.0 * share) * first, "{flavour}: {row:?}");
         assert!(row.lost.abs() < 2e-3 * first, "{flavour}: {row:?}");
-        // Held ends keep it all.
+        // Free ends keep it all.
         let free = finished(&hump(flavour, size, law, time));
         let kept = free.row.kinetic + free.row.strain.unwrap();
         assert!(

@@ -41,8 +41,8 @@ pub const STUDIES: &[Study] = &[
     },
     Study {
         id: "paper-nmbc-fig11",
-        about: "Energy left against the stabilisation Gs, orders 1 and 2, where both are stable. References of an independent \
-                run.",
+        about: "Energy left against the stabilisation Gs, orders 1 and 2. At n = 2 and Gs = 4 the order 1 grows, too slowly to \
+                show. References of an independent run.",
         long: true,
         measure: fig11,
     },

@@ -38,10 +38,6 @@ impl Matched {
     }
 
     fn remember(&mut self, state: &State, dt: f64) {
-        if dt != self.dt {
-            self.steps = Steps::of(&self.conditions, self.rule, dt);
-            self.dt = dt;
-        }
         let u = &state.u[self.component];
         let mut before = std::mem::take(&mut self.before);
         before.clear();
@@ -49,6 +45,15 @@ impl Matched {
         self.before = before;
         if state.step == 0 {
             self.recall(state, dt);
+        }
+        if dt != self.dt {
+            // Where they were a step of this length before.
+            let share = if self.dt > 0.0 { dt / self.dt } else { 1.0 };
+            for (older, now) in self.older.iter_mut().zip(&self.before) {
+                *older = now - (now - *older) * share;
+            }
+            self.steps = Steps::of(&self.conditions, self.rule, dt);
+            self.dt = dt;
         }
     }
 
@@ -108,6 +113,19 @@ impl Boundaries {
         for (k, face) in faces.iter().enumerate() {
             let planes = planes(face, body)?;
             for (component, waves) in face.components.iter().enumerate() {
+                let ends = |d: &&Driver| d.until.is_finite() && d.component == component;
+                let mut ending = driven.iter().copied().flatten().filter(ends);
+                let reaches = |n: &u32| face.holds(*n as usize, body);
+                if ending.any(|d| d.nodes.iter().any(reaches)) {
+                    let side = face.side.name();
+                    return Err(InputError::new(
+                        format!(
+                            "a condition that ends reaches the matching boundary of the side {side}"
+                        ),
+                        "keep its region away from these planes of nodes, or leave out `until`",
+                    )
+                    .about("matching"));
+                }
                 let held: HashSet<u32> = driven
                     .iter()
                     .copied()

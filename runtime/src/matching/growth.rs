@@ -88,7 +88,9 @@ fn of_bar(chain: &Chain, conditions: &[Coefficients], rule: Rule, planes: usize)
         if k > 0 {
             last = (whole - 0.5 * log) / 2f64.powi(k - 1);
         }
-        power = squared(&power, size);
+        if k + 1 < SQUARES {
+            power = squared(&power, size);
+        }
         log = 2.0 * whole;
     }
     (last / STEP).max(0.0)

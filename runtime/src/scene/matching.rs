@@ -61,7 +61,7 @@ fn order(section: &Section<'_>) -> Option<usize> {
     }
     let problem = Problem::new(format!("`order` must be at most {MOST}"))
         .at(value.span.clone(), format!("expected 1 to {MOST}"))
-        .help("1 is stable with every law, higher orders with some");
+        .help("1 is stable with nearly every law, higher orders with some");
     section.reader.complain(problem);
     None
 }
