@@ -20,7 +20,7 @@ pub use growth::{Growth, growth};
 use crate::body::Body;
 use crate::engine::{Law, Settings};
 use crate::error::InputError;
-use crate::spec::{FieldSpec, RateSpec};
+use crate::spec::{FieldSpec, Stage};
 
 /// The highest order there is.
 pub const MOST: usize = 4;
@@ -229,11 +229,10 @@ fn face(
             "a matching boundary is the end of a body: name another side",
         ));
     }
-    let still = |f: &FieldSpec| {
-        let stepped = |r: &RateSpec| law.spec.fields[r.field as usize].name == f.name;
-        !law.spec.rates.iter().any(stepped)
-    };
-    if let Some(field) = law.spec.fields.iter().find(|f| still(f)) {
+    let stepped = |f: &&FieldSpec| law.spec.rates.iter().any(|r| f.slots.contains(&r.field));
+    let read = law.spec.read_by(Stage::Tangent);
+    let decides = |f: &&FieldSpec| f.slots.iter().any(|s| read.contains(s)) && !stepped(f);
+    if let Some(field) = law.spec.fields.iter().find(decides) {
         return Err(InputError::new(
             format!(
                 "`{}` has the field `{}`, which a scene sets, and waves depend on it",

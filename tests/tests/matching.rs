@@ -192,6 +192,22 @@ fn conditions_come_first_and_may_end() {
     assert!((late[20] - 0.18).abs() > 0.01, "{}", late[20]);
 }
 
+/// Heat goes its way beside the waves.
+#[test]
+fn fields_go_on_at_a_boundary() {
+    let names = "alpha = 1e-3\nT0 = 0\nk = 0.1\ncv = 1\n";
+    let law = format!("model = \"thermo_pmb\"\nK = 0.6\n{names}");
+    let time = "[time]\nuntil = 120\nsafety = 0.3\n";
+    let sim = finished(&hump(
+        "bar",
+        [60.0, 0.0, 0.0],
+        &law,
+        &format!("{ALL}{time}"),
+    ));
+    let row = &sim.row;
+    assert!(row.left > 0.0 && row.kinetic < 1e-2 * row.left, "{row:?}");
+}
+
 /// Coefficients that the engine's own tangent gives are those of the closed forms (eq. 41 and Table 1 of the paper, as
 /// corrected): n = 2, Gs = 0.5.
 #[test]

@@ -4,7 +4,8 @@ use super::coefficients::root_series;
 use crate::body::{Body, Grid};
 use crate::engine::{Breaking, Engine, Law, Settings, Traversal};
 use crate::error::InputError;
-use crate::spec::{Spec, Stage};
+use crate::spec::{Spec, Stage, SweepSpec};
+use std::collections::BTreeSet;
 
 /// Shares of the largest number below which a plane does nothing, and two directions are alike: rounding.
 const NOTHING: f64 = 1e-12;
@@ -200,6 +201,21 @@ fn periodic(body: &Body, shape: [u32; 3]) -> Body {
 }
 
 impl Spec {
+    /// The slots that the sweeps of a stage read, and those that these come from.
+    pub(super) fn read_by(&self, stage: Stage) -> BTreeSet<u32> {
+        let reads = |s: &SweepSpec| s.own.iter().chain(&s.nbr).copied().collect::<Vec<u32>>();
+        let asked = self.sweeps.iter().filter(|s| s.stage == stage);
+        let mut open: Vec<u32> = asked.flat_map(reads).collect();
+        let mut read = BTreeSet::new();
+        while let Some(slot) = open.pop() {
+            if read.insert(slot) {
+                let writers = self.sweeps.iter().filter(|s| s.out.contains(&slot));
+                open.extend(writers.flat_map(reads));
+            }
+        }
+        read
+    }
+
     /// How many horizons the sweeps of a stage look far: one more wherever bonds read what such a sweep has written.
     pub fn rings(&self, stage: Stage) -> u32 {
         let mut far = vec![0_u32; self.slots.len()];
