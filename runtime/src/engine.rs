@@ -195,6 +195,8 @@ pub struct Engine {
     homes: Vec<Home>,
     /// Values of computed slots and increments; forces first, then tangents.
     arrays: Vec<Vec<f64>>,
+    /// Equal components of a force or a tangent: from which array into which.
+    twins: Vec<(usize, usize)>,
     /// Computed slots that some sweep reads at the other end of a bond.
     reads_ghosts: Vec<bool>,
     /// Number of state slots.
@@ -324,7 +326,16 @@ impl Engine {
                 self.run_all(k, s);
             }
         }
+        self.copy_twins();
         broken
+    }
+
+    fn copy_twins(&mut self) {
+        for &(from, to) in &self.twins {
+            if let Ok([from, to]) = self.arrays.get_disjoint_mut([from, to]) {
+                to.copy_from_slice(from);
+            }
+        }
     }
 
     /// Force density [N/m^3], one array per dimension in layout order; empty for a law without momentum.
@@ -416,6 +427,7 @@ impl Engine {
             }
         }
         self.run_stage(Stage::Tangent, s);
+        self.copy_twins();
         let n = self.spec.force.len();
         &self.arrays[n..n + self.spec.tangent.len()]
     }

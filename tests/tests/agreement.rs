@@ -4,6 +4,7 @@
 use pdlang::ir::Law;
 use pdlang_models::registry;
 use pdlang_runtime::body::{Body, Flavour};
+use pdlang_runtime::engine::{Isa, Traversal};
 use pdlang_tests::agreement::{Answer, Difference, Question, Scale};
 use pdlang_tests::{bodies, laws};
 
@@ -225,6 +226,59 @@ fn compiled_and_interpreted_give_the_same_bits() {
                     assert_eq!(c.breaks, i.breaks, "{question}: breaks");
                 }
             }
+        }
+    }
+}
+
+/// Components that are the same expression are one slot, and each is an answer.
+#[test]
+fn equal_components_of_a_force() {
+    let text = r#"
+model twin "One force along every axis"
+  cite "A test, eq. 1"
+{
+  param c : [N/m^4]  "stiffness"
+  node w   = mean(norm(eta))
+  node a   = diag(c*w*I)
+  force f  = a
+}
+"#;
+    let came = pdlang_tests::fuzz::language(text);
+    assert_eq!((came.laws, came.compared > 0), (1, true), "{came:?}");
+}
+
+/// An inverse of a shape at the other end of a bond, in a plate and in one line of nodes, whose shapes are flat.
+#[test]
+fn an_inverse_at_the_other_end() {
+    let text = r#"
+model inverse "The shape of a neighbour"
+  cite "A test, eq. 1"
+{
+  influence omega
+  param c : [J/m^3]  "stiffness"
+  node K  = sum(omega * outer(xi, xi))
+  bond B  = inverse(K') * K
+  state T = c/(ball(1)*x) * s*tr(B)
+}
+"#;
+    let checked = pdlang::front::file(text);
+    assert!(!checked.has_errors(), "{:?}", checked.diagnostics);
+    for shape in [[5, 1, 1], [4, 3, 1]] {
+        let body = bodies::lattice(Flavour::PlaneStrain, shape, false);
+        let question = Question::deformed(&checked.laws[0], body, 1e-2, 1);
+        let (expected, scale) = question.oracle();
+        let moves = expected.force.iter().flatten().any(|f| f.abs() > 0.0);
+        assert_eq!(moves, shape[1] > 1, "a flat shape has no inverse");
+        for traversal in [Traversal::Lattice, Traversal::Cloud] {
+            let made = question.try_engine(question.interpreted(), traversal, Some(Isa::Scalar));
+            let mut engine = made.expect("an engine");
+            check(
+                "inverse",
+                &question.ask(&mut engine),
+                &expected,
+                &scale,
+                1e-12,
+            );
         }
     }
 }

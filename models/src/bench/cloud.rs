@@ -403,7 +403,7 @@ impl Twin {
     }
 }
 
-/// Slots within the horizon, ascending.
+/// Slots within the horizon, in the order of where they lie.
 fn neighbours(n: usize, nodes: &[[f64; 3]], slot: &[u32], cell: [usize; 3]) -> Vec<u32> {
     let mut list = vec![];
     let node = |[i, j, k]: [usize; 3]| i + n * (j + n * k);
@@ -421,7 +421,6 @@ fn neighbours(n: usize, nodes: &[[f64; 3]], slot: &[u32], cell: [usize; 3]) -> V
             }
         }
     }
-    list.sort_unstable();
     list
 }
 

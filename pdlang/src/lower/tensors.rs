@@ -1,7 +1,7 @@
 //! Vectors and tensors component by component: products, parts, determinant and inverse.
 
 use super::{Lowering, Value};
-use crate::ir::{FLAT, Home, Shape};
+use crate::ir::{FLAT, Shape};
 use crate::poly::{Atom, Func, Poly, Rate};
 use crate::ratio::Ratio;
 
@@ -128,7 +128,7 @@ impl Lowering<'_> {
         sum
     }
 
-    /// The determinant of a shape, or 0 where the bonds lie in a line or a plane: nodes have 0 for the reciprocal of that.
+    /// The reciprocal of the determinant of a shape, or 0 where the bonds lie in a line or a plane.
     fn unless_flat(&mut self, det: &Poly, t: &[Poly]) -> Poly {
         let mut sizes: Vec<Poly> = Vec::new();
         for p in t.iter().filter(|p| !p.is_zero()) {
@@ -140,27 +140,25 @@ impl Lowering<'_> {
         let largest = sizes
             .into_iter()
             .reduce(|a, b| self.algebra.func(Func::Max, vec![a, b]));
+        let r = self.algebra.recip(det);
         let Some(largest) = largest else {
-            return det.clone();
+            return r;
         };
         let cube = self.algebra.powi(&largest, self.dim as i32);
         let least = self.algebra.number(FLAT);
         let least = self.algebra.mul(&cube, &least);
         let size = self.algebra.func(Func::Abs, vec![det.clone()]);
         let full = self.algebra.func(Func::Lt, vec![least, size]);
-        self.algebra
-            .func(Func::Select, vec![full, det.clone(), Poly::zero()])
+        self.algebra.func(Func::Select, vec![full, r, Poly::zero()])
     }
 
     pub(super) fn inverse(&mut self, t: &[Poly]) -> Value {
         let det = self.det(t);
         let nature = self.algebra.nature_of(&det);
-        let shape = nature.sums && nature.home == Home::Node && nature.rate < Rate::Step;
-        let det = match shape && self.dim > 1 {
+        let r = match nature.sums && nature.rate < Rate::Step && self.dim > 1 {
             true => self.unless_flat(&det, t),
-            false => det,
+            false => self.algebra.recip(&det),
         };
-        let r = self.algebra.recip(&det);
         (0..t.len())
             .map(|k| {
                 let m = self.minor(t, k % self.dim, k / self.dim);

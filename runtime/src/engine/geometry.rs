@@ -10,6 +10,7 @@ use crate::tape::{Code, Leaf, Many, length, numbers, operands};
 use crate::traverse::{CHUNK, Stream};
 use rayon::prelude::*;
 use std::collections::{HashMap, HashSet};
+use std::ptr::null;
 
 /// Of one sweep.
 #[derive(Debug)]
@@ -54,18 +55,24 @@ pub(super) fn table(
     Geometry::Table { values, records }
 }
 
-/// A stream of a cloud: eight numbers per row, or eight for all rows where they would be alike.
+/// A stream of a cloud: eight numbers per row, eight for all rows where they would be alike, or, where few rows differ,
+/// eight for each of these and the place of its own in every row.
 #[derive(Debug)]
 pub(super) struct Kept {
     values: Vec<f64>,
     alike: bool,
+    rows: Vec<u32>,
 }
+
+/// Rows that must share eight numbers on average for them to be stored apart.
+const SHARED: usize = 16;
 
 impl Kept {
     fn alike(value: f64) -> Kept {
         Kept {
             values: vec![value; CHUNK],
             alike: true,
+            rows: vec![],
         }
     }
 
@@ -75,12 +82,17 @@ impl Kept {
         let there = |bits: u8| (0..CHUNK).filter(move |lane| bits >> lane & 1 == 1);
         let mut cells = rows().flat_map(|(row, &bits)| there(bits).map(|lane| row[lane]));
         let first = cells.next().unwrap_or(0.0);
-        match cells.all(|v| v.to_bits() == first.to_bits()) {
-            true => Kept::alike(first),
-            false => Kept {
-                values,
-                alike: false,
-            },
+        if cells.all(|v| v.to_bits() == first.to_bits()) {
+            return Kept::alike(first);
+        }
+        let (values, rows) = match few(&values) {
+            Some(few) => few,
+            None => (values, vec![]),
+        };
+        Kept {
+            values,
+            alike: false,
+            rows,
         }
     }
 
@@ -88,6 +100,10 @@ impl Kept {
         Stream {
             from: self.values.as_ptr(),
             cells: if self.alike { 0 } else { usize::MAX },
+            rows: match self.rows.is_empty() {
+                true => null(),
+                false => self.rows.as_ptr(),
+            },
         }
     }
 
@@ -97,8 +113,29 @@ impl Kept {
     }
 
     pub fn bytes(&self) -> usize {
-        8 * self.values.len()
+        8 * self.values.len() + 4 * self.rows.len()
     }
+}
+
+/// The rows that differ, and the place of every row among them; None where they are many. A body cut from a lattice has
+/// few, since its neighbours are in the order of where they lie.
+fn few(values: &[f64]) -> Option<(Vec<f64>, Vec<u32>)> {
+    let mut known: HashMap<[u64; CHUNK], u32> = HashMap::new();
+    let (mut differ, mut places) = (vec![], Vec::with_capacity(values.len() / CHUNK));
+    for (k, row) in values.chunks_exact(CHUNK).enumerate() {
+        let next = known.len() as u32;
+        let bits = std::array::from_fn(|lane| row[lane].to_bits());
+        let place = *known.entry(bits).or_insert(next);
+        if place == next {
+            differ.extend_from_slice(row);
+        }
+        places.push(place);
+        // A jittered cloud is known for one by its first rows.
+        if known.len() > 1024 + k / SHARED {
+            return None;
+        }
+    }
+    (known.len() * SHARED <= places.len()).then_some((differ, places))
 }
 
 /// How many streams have a number for every bond, as far as the law tells.

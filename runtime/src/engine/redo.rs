@@ -104,7 +104,7 @@ impl Engine {
             let stage = self.programs[k].stage;
             let repeats = stage == Stage::Family
                 || stage == Stage::Step && !self.programs[killer].kills_after;
-            if !repeats || !self.is_stale(k, killer) {
+            if !repeats || self.programs[k].unread || !self.is_stale(k, killer) {
                 continue;
             }
             if self.programs[k]

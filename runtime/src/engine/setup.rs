@@ -291,6 +291,7 @@ fn assemble(
         broken: vec![0; layout.chunks()],
         needs: Needs::of(&spec),
         sleep: Sleep::new(&spec, &programs, &homes),
+        twins: twins(&spec, &homes),
         spec,
         isa,
         lattice,
@@ -318,7 +319,7 @@ fn homes(spec: &Spec) -> (Vec<Home>, usize, usize) {
     let mut homes = vec![None; spec.slots.len()];
     let (mut arrays, mut states) = (0, 0);
     for &k in spec.force.iter().chain(&spec.tangent) {
-        homes[k as usize] = Some(Home::Array(arrays));
+        homes[k as usize].get_or_insert(Home::Array(arrays));
         arrays += 1;
     }
     for (home, slot) in homes.iter_mut().zip(&spec.slots) {
@@ -340,6 +341,16 @@ fn homes(spec: &Spec) -> (Vec<Home>, usize, usize) {
         });
     }
     (homes.into_iter().flatten().collect(), arrays, states)
+}
+
+/// Arrays of equal components of a force or a tangent: the one that sweeps write, and the one that is to have the same.
+fn twins(spec: &Spec, homes: &[Home]) -> Vec<(usize, usize)> {
+    let answers = spec.force.iter().chain(&spec.tangent).enumerate();
+    let twin = |(to, k): (usize, &u32)| match homes[*k as usize] {
+        Home::Array(from) if from != to => Some((from, to)),
+        _ => None,
+    };
+    answers.filter_map(twin).collect()
 }
 
 fn bond_data(

@@ -9,11 +9,12 @@ use std::collections::BTreeSet;
 
 impl Engine {
     /// From now on [`Engine::named`] knows those quantities alone for which `keep` holds, and what the law needs itself.
-    /// Forces, rates, energies and histories keep their bits.
+    /// Forces, rates, energies and histories keep their bits. What has been left out before stays out.
     pub fn keep_named(&mut self, keep: &dyn Fn(&str) -> bool) {
         let mut read: BTreeSet<usize> = self.asked().into_iter().collect();
         let kept = self.spec.named.iter().filter(|(name, _)| keep(name));
-        read.extend(kept.flat_map(|(_, slots)| slots).map(|k| *k as usize));
+        let kept = kept.flat_map(|(_, slots)| slots).map(|k| *k as usize);
+        read.extend(kept.filter(|k| !self.unread.contains(k)));
         // Who reads runs behind who writes.
         for p in self.programs.iter_mut().rev() {
             let writes = p.kills || p.writes.contains(&true);
@@ -23,21 +24,28 @@ impl Engine {
             }
         }
         let named: BTreeSet<u32> = self.spec.named.iter().flat_map(|n| n.1.clone()).collect();
-        let step = |k: &usize| {
+        // The first two stages have run: what they have written stays.
+        let again = |k: &usize| {
             let slot = &self.spec.slots[*k];
-            slot.kind == SlotKind::Computed(Stage::Step) && slot.part.is_none()
+            let computed = matches!(
+                slot.kind,
+                SlotKind::Computed(stage) if !matches!(stage, Stage::Reference | Stage::Part)
+            );
+            computed && slot.part.is_none()
         };
         let unread = named.into_iter().map(|k| k as usize);
-        let unread = unread.filter(|k| !read.contains(k)).filter(step);
-        let mut shared = None;
+        let unread = unread.filter(|k| !read.contains(k)).filter(again);
+        // Those of an earlier call share an array already.
+        let mut shared = self.unread.first().map(|slot| self.homes[*slot]);
         for slot in unread.collect::<Vec<usize>>() {
             let Home::Array(a) = self.homes[slot] else {
                 continue;
             };
-            if *shared.get_or_insert(a) != a {
+            let home = *shared.get_or_insert(Home::Array(a));
+            if home != Home::Array(a) {
                 self.arrays[a] = vec![];
             }
-            self.homes[slot] = Home::Array(shared.unwrap_or(a));
+            self.homes[slot] = home;
             self.unread.insert(slot);
         }
     }

@@ -33,9 +33,11 @@ pub(crate) fn cloud(
         let h = horizons[layout.pair(p, q as usize)];
         length_squared(cells.xi(p, q as usize), layout.dim) <= h * h * INCLUSIVE
     };
+    let side = side(body, delta);
     let families = filters.iter().map(|filter| {
-        let search = |p: usize, found: &mut Vec<u32>| {
+        let search = |p: usize, found: &mut Vec<u32>, order: &mut Vec<u64>| {
             cells.neighbours(p, found);
+            by_direction(&cells, side, p, found, order);
             if graded {
                 found.retain(|&q| within(p, q));
             }
@@ -158,6 +160,30 @@ fn images(body: &Body, order: &[u32], slots: &[u32], delta: f64) -> Vec<(u32, [f
     images
 }
 
+/// About as far as nodes are from each other.
+fn side(body: &Body, delta: f64) -> f64 {
+    match body.spacing > 0.0 {
+        true => body.spacing,
+        false => delta / 3.0,
+    }
+}
+
+/// Neighbours of `p` in the order of where they lie, row by row: the lanes of a chunk, which are nodes in a row, then
+/// look the same way, at nodes that are in a row too. On what was a lattice they have equal lengths.
+fn by_direction(cells: &Cells, side: f64, p: usize, found: &mut [u32], order: &mut Vec<u64>) {
+    let per = 1.0 / side;
+    let steps = |x: f64| (x * per + 512.5).clamp(0.0, 1023.0) as u64;
+    order.clear();
+    order.extend(found.iter().map(|&q| {
+        let [x, y, z] = cells.xi(p, q as usize).map(steps);
+        ((z << 20 | y << 10 | x) << 32) | u64::from(q)
+    }));
+    order.sort_unstable();
+    for (to, from) in found.iter_mut().zip(order) {
+        *to = *from as u32;
+    }
+}
+
 /// Order of nodes in memory: blocks along a Morton curve, rows along x inside a block. Neighbours share the
 /// cache, and the eight lanes of a chunk read neighbours that are often next to each other.
 struct Curve {
@@ -174,11 +200,7 @@ impl Curve {
                 low[a] = low[a].min(x[a]);
             }
         }
-        let cell = if body.spacing > 0.0 {
-            body.spacing
-        } else {
-            delta / 3.0
-        };
+        let cell = side(body, delta);
         Curve {
             low,
             block: 8.0 * cell,
@@ -212,17 +234,21 @@ fn morton(c: [u64; 3]) -> u64 {
 const BLOCK: usize = 256;
 
 /// The neighbour lists of a block of chunks, then all one behind the other.
-fn family(layout: &Layout, search: &(dyn Fn(usize, &mut Vec<u32>) + Sync)) -> Family {
+fn family(
+    layout: &Layout,
+    search: &(dyn Fn(usize, &mut Vec<u32>, &mut Vec<u64>) + Sync),
+) -> Family {
     let chunks = layout.chunks();
     let blocks: Vec<(Vec<u32>, Vec<u8>, Vec<u32>)> = (0..chunks.div_ceil(BLOCK))
         .into_par_iter()
-        .map_init(Default::default, |found: &mut [Vec<u32>; CHUNK], b| {
+        .map_init(Default::default, |room: &mut ([Vec<u32>; CHUNK], _), b| {
+            let (found, order) = room;
             let (mut index, mut present, mut rows) = (vec![], vec![], vec![]);
             for c in b * BLOCK..((b + 1) * BLOCK).min(chunks) {
                 for (p, found) in (c * CHUNK..).zip(found.iter_mut()) {
                     found.clear();
                     if layout.user[p] != NONE {
-                        search(p, found);
+                        search(p, found, order);
                     }
                 }
                 rows.push(append(c * CHUNK, found, &mut index, &mut present));

@@ -86,7 +86,7 @@ impl<'a> Cells<'a> {
         })
     }
 
-    /// Neighbours of a slot, ascending. `found` is cleared first.
+    /// Neighbours of a slot, in no order. `found` is cleared first.
     pub fn neighbours(&self, p: usize, found: &mut Vec<u32>) {
         found.clear();
         match self.dim {
@@ -94,7 +94,6 @@ impl<'a> Cells<'a> {
             2 => self.find::<2>(p, found),
             _ => self.find::<3>(p, found),
         }
-        found.sort_unstable();
     }
 
     fn find<const D: usize>(&self, p: usize, found: &mut Vec<u32>) {

@@ -167,8 +167,7 @@ impl<L: Memory, S: Body<D>, const D: usize, const MASKED: bool> Rows<L, D>
         L::prefetch(self.call.index.wrapping_add(cell + AHEAD * CHUNK).cast());
         let mut s = 0;
         while s < self.sweep.streams() {
-            let here = self.streams[s].at(cell);
-            L::prefetch(here.wrapping_add(AHEAD * CHUNK).cast());
+            L::prefetch(self.streams[s].source(cell + AHEAD * CHUNK));
             s += 1;
         }
     }

@@ -90,23 +90,42 @@ pub struct Call {
 // bytes, histories and counter) no other chunk touches.
 unsafe impl Sync for Call {}
 
-/// Eight numbers per row of a cloud, or eight for all rows: what has one value on all bonds.
+/// Eight numbers per row of a cloud; or eight for all rows: what has one value on all bonds; or the place of eight per
+/// row: what has few.
 #[derive(Clone, Copy)]
 pub(crate) struct Stream {
     pub from: *const f64,
     /// All bits set, or none.
     pub cells: usize,
+    /// Of every row, which eight are its own; or null.
+    pub rows: *const u32,
 }
 
 impl Stream {
     pub const NONE: Stream = Stream {
         from: null(),
         cells: 0,
+        rows: null(),
     };
 
+    /// # Safety
+    /// The stream has this cell.
     #[inline(always)]
-    fn at(self, cell: usize) -> *const f64 {
-        self.from.wrapping_add(cell & self.cells)
+    unsafe fn at(self, cell: usize) -> *const f64 {
+        let cell = match self.rows.is_null() {
+            true => cell & self.cells,
+            false => unsafe { *self.rows.add(cell / CHUNK) as usize * CHUNK + cell % CHUNK },
+        };
+        self.from.wrapping_add(cell)
+    }
+
+    /// Where the numbers of a cell come from that may lie beyond the last.
+    #[inline(always)]
+    fn source(self, cell: usize) -> *const u8 {
+        match self.rows.is_null() {
+            true => self.from.wrapping_add(cell & self.cells).cast(),
+            false => self.rows.wrapping_add(cell / CHUNK).cast(),
+        }
     }
 }
 
