@@ -37,6 +37,10 @@ impl Case {
         }
     }
 
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
     /// # Errors
     /// What is wrong with the scene.
     pub fn simulation(&self) -> Result<Simulation, String> {

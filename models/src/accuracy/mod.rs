@@ -5,6 +5,7 @@
 //! A further study is one more entry in [`STUDIES`]. `pdlang bench accuracy` shows the rows, `docs/accuracy.md` has them all.
 
 mod case;
+pub mod leaving;
 mod matching;
 mod pml;
 
@@ -13,7 +14,7 @@ use std::fmt::{self, Display};
 pub use case::Case;
 
 /// All studies, in the order of the report.
-pub const STUDIES: &[&[Study]] = &[pml::STUDIES, matching::STUDIES];
+pub const STUDIES: &[&[Study]] = &[pml::STUDIES, matching::STUDIES, leaving::STUDIES];
 
 pub struct Study {
     /// Also that of its rows. Several studies may share one: a quick part and a long one.

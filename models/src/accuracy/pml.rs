@@ -61,6 +61,14 @@ pub const STUDIES: &[Study] = &[
         long: true,
         measure: exact_finer,
     },
+    Study {
+        id: "paper-pml-3a-exact",
+        about: "Other influence functions and horizons at dx = 0.01. Of those that are positive the nearest four neighbours \
+                alone do best: the shorter the reach, the less dispersion; the bound is the paper's kernel. One that is \
+                negative at two spacings does as well as half the spacing.",
+        long: true,
+        measure: kernels,
+    },
 ];
 
 fn square() -> Case {
@@ -226,6 +234,40 @@ fn exact() -> Result<Vec<Measure>, String> {
         Measure::new("dx = 0.01, to t = 1.6", off, 0.08, AtMost),
         Measure::new("dx = 0.01, the independent run", off, 0.078, Part(0.02)),
     ])
+}
+
+/// Influence functions, horizons, and what the error is to stay below. With the weights 1 of the next nodes along an axis
+/// and -1/16 of the next but one the gradient is the central difference of fourth order.
+const KERNELS: [(&str, &str, &str, f64); 5] = [
+    ("constant, 1 dx", "constant", "1 dx", 0.0779),
+    (
+        "gaussian, l = 0.5 dx, 2.8 dx",
+        "gaussian(l = 0.5*dx)",
+        "2.8 dx",
+        0.0779,
+    ),
+    ("constant, 1.5 dx", "constant", "1.5 dx", 0.085),
+    (
+        "gaussian, l = 1.1 dx, 4.09 dx",
+        "gaussian(l = 1.1*dx)",
+        "4.09 dx",
+        0.13,
+    ),
+    (
+        "fourth order, 2 dx",
+        "select(x < 1.2*dx, 1, select(x < 1.7*dx, 0, -1/16))",
+        "2 dx",
+        0.032,
+    ),
+];
+
+fn kernels() -> Result<Vec<Measure>, String> {
+    let row = |(name, influence, horizon, bound)| {
+        let case = cylinder().with("gaussian(l = 0.75*dx)", influence)?;
+        let case = case.with("\"2.8 dx\"", &format!("\"{horizon}\""))?;
+        Ok(Measure::new(name, off_exact(&case)?, bound, AtMost))
+    };
+    KERNELS.into_iter().map(row).collect()
 }
 
 fn exact_finer() -> Result<Vec<Measure>, String> {

@@ -6,6 +6,7 @@ mod accuracy;
 mod convolution;
 mod growth;
 mod scenes;
+mod waves;
 
 use std::io::{IsTerminal, stderr};
 use std::time::Duration;
@@ -111,6 +112,7 @@ pub fn command() -> Command {
         .subcommand(convolution::command())
         .subcommand(growth::command())
         .subcommand(accuracy::command())
+        .subcommand(waves::command())
 }
 
 pub fn execute(matches: &ArgMatches) -> Outcome {
@@ -120,6 +122,7 @@ pub fn execute(matches: &ArgMatches) -> Outcome {
         Some(("convolution", matches)) => convolution::execute(matches),
         Some(("growth", matches)) => growth::execute(matches),
         Some(("accuracy", matches)) => accuracy::execute(matches),
+        Some(("waves", matches)) => waves::execute(matches),
         // The parser has refused everything else.
         _ => Ok(()),
     }

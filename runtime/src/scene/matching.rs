@@ -66,7 +66,7 @@ fn order(section: &Section<'_>) -> Option<usize> {
     None
 }
 
-fn sides(section: &Section<'_>, dim: usize) -> Option<Vec<Side>> {
+pub(super) fn sides(section: &Section<'_>, dim: usize) -> Option<Vec<Side>> {
     let value = section.value("sides")?;
     match &value.data {
         Data::Text(word) if word == "all" => Some(Side::all(dim).collect()),

@@ -3,6 +3,7 @@
 //! Input: the text and a [`Language`]. Output: a [`Scene`], or every problem that could be found at once,
 //! each with its place in the text. Nothing large is allocated before [`Scene::setup`].
 
+mod absorbing;
 mod body;
 mod conditions;
 mod constants;
@@ -58,6 +59,7 @@ pub struct Scene {
     pub conditions: Vec<Condition>,
     pub indenters: Vec<Indenter>,
     pub matching: Vec<Matching>,
+    absorbing: Vec<absorbing::Layer>,
     pub end: End,
     pub step: StepRule,
     /// Whether sweeps may leave out the chunks in which nothing changes.
@@ -156,6 +158,7 @@ fn read(root: Section<'_>, name: String, source: Source) -> Option<Scene> {
         "initial",
         "condition",
         "matching",
+        "absorbing",
     ];
     let lists = lists.map(|k| root.sections(k));
     let sides = lists[5].first().map_or(0..0, |s| s.span.clone());
@@ -170,7 +173,15 @@ fn read(root: Section<'_>, name: String, source: Source) -> Option<Scene> {
     let dim = flavour.dim();
     let nodes = body.and_then(|s| body::read(s, flavour, spacing.as_ref().map(|s| s.value)));
     let material = material.and_then(|s| material::read(s, dim, spacing.as_ref()));
-    let [cracks, no_fails, indenters, initial, conditions, matched] = lists;
+    let [
+        cracks,
+        no_fails,
+        indenters,
+        initial,
+        conditions,
+        matched,
+        layers,
+    ] = lists;
     let cracks = collect(cracks, |s| crack(s, dim));
     let no_fail = collect(no_fails, |s| no_fail(s, dim));
     let indenters = collect(indenters, |s| conditions::indenter(s, dim));
@@ -179,6 +190,7 @@ fn read(root: Section<'_>, name: String, source: Source) -> Option<Scene> {
     let initial = collect(initial, |s| conditions::initial(s, spec));
     let conditions = collect(conditions, |s| conditions::condition(s, spec));
     let matching = collect(matched, |s| matching::read(s, spec));
+    let absorbing = collect(layers, |s| absorbing::read(s, spec));
     let output = output.unwrap_or_else(|| Section::new(reader, "[output]", 0..0, &[]));
     let output = output::read(output, spec, time.map(|t| t.0));
 
@@ -196,6 +208,7 @@ fn read(root: Section<'_>, name: String, source: Source) -> Option<Scene> {
         conditions: conditions?.into_iter().flatten().collect(),
         indenters: indenters?,
         matching: matching?,
+        absorbing: absorbing?,
         end,
         step,
         sleep,

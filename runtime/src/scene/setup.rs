@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::Scene;
+use super::absorbing;
 use super::body::Nodes;
 use super::family::Horizon;
 use super::problem::{Problem, Problems};
@@ -23,6 +24,8 @@ impl Scene {
         let mut body = self.nodes().map_err(|e| self.problem(e))?;
         let mut settings = self.settings();
         self.grade(&mut body, &mut settings.horizon)?;
+        let layers = absorbing::rates(&self.absorbing, &body)
+            .map_err(|(k, e)| self.problem_at(self.absorbing[k].span.clone(), e))?;
         Ok(Setup {
             title: self.title.clone(),
             body,
@@ -34,7 +37,7 @@ impl Scene {
                 .iter()
                 .map(|m| m.0.unwrap_or(0.0))
                 .collect(),
-            initial: self.initial.clone(),
+            initial: self.initial.iter().cloned().chain(layers).collect(),
             conditions: self.conditions.clone(),
             cracks: self.cracks.clone(),
             no_fail: self.no_fail.clone(),
