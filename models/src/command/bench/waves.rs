@@ -218,7 +218,7 @@ fn reflected(
         x,
         y: "amplitude that comes back",
         series,
-        falls: title == STRAIGHT,
+        falls: false,
     })
 }
 
