@@ -1,5 +1,6 @@
 //! The quick studies of `pdlang bench accuracy` pass, and the report says what they find.
 
+use pdlang_models::accuracy::indentation::{Curve, PAPER};
 use pdlang_models::accuracy::{STUDIES, Tolerance, figure};
 
 #[test]
@@ -80,4 +81,16 @@ fn figures_have_four_digits() {
         "100",
     ];
     assert_eq!(of.map(figure), text.map(String::from));
+}
+
+/// The fit of paper-pml-3b-fit, of points that lie on the paper's own curve.
+#[test]
+fn the_fit_of_cracks_finds_the_curve_that_made_the_points() {
+    let loads = (140..=500).step_by(20).map(f64::from);
+    let points: Vec<(f64, f64)> = loads.map(|p| (p, PAPER.at(p))).collect();
+    let found = Curve::through(&points);
+    assert!((found.s - PAPER.s).abs() < 1e-6 && found.squares(&points) < 1e-12);
+    assert!((found.a / PAPER.a - 1.0).abs() < 1e-5 && (found.b / PAPER.b - 1.0).abs() < 1e-5);
+    // As its numbers have it, in mm.
+    assert!((PAPER.at(140.0) - 10.77).abs() < 0.01 && (PAPER.at(500.0) - 19.62).abs() < 0.01);
 }

@@ -5,6 +5,7 @@
 //! A further study is one more entry in [`STUDIES`]. `pdlang bench accuracy` shows the rows, `docs/accuracy.md` has them all.
 
 mod case;
+pub mod indentation;
 pub mod leaving;
 mod matching;
 mod pml;
@@ -14,7 +15,12 @@ use std::fmt::{self, Display};
 pub use case::Case;
 
 /// All studies, in the order of the report.
-pub const STUDIES: &[&[Study]] = &[pml::STUDIES, matching::STUDIES, leaving::STUDIES];
+pub const STUDIES: &[&[Study]] = &[
+    pml::STUDIES,
+    indentation::STUDIES,
+    matching::STUDIES,
+    leaving::STUDIES,
+];
 
 pub struct Study {
     /// Also that of its rows. Several studies may share one: a quick part and a long one.
@@ -32,6 +38,19 @@ pub struct Measure {
     pub value: f64,
     pub reference: f64,
     pub tolerance: Tolerance,
+    /// Where it is one of a curve.
+    pub along: Option<Along>,
+}
+
+/// A place on a curve, of which `pdlang bench accuracy --plot` draws values and references.
+#[derive(Clone, Copy)]
+pub struct Along {
+    /// What is across and what upwards, with units.
+    pub axes: [&'static str; 2],
+    pub name: &'static str,
+    /// Values are joined by a line, or dots.
+    pub line: bool,
+    pub at: f64,
 }
 
 /// How near a value is to be to its reference.
@@ -61,6 +80,14 @@ impl Measure {
             value,
             reference,
             tolerance,
+            along: None,
+        }
+    }
+
+    pub fn along(self, place: Along) -> Measure {
+        Measure {
+            along: Some(place),
+            ..self
         }
     }
 

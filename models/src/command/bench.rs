@@ -4,6 +4,7 @@
 
 mod accuracy;
 mod convolution;
+mod curves;
 mod growth;
 mod scenes;
 mod waves;

@@ -1,6 +1,8 @@
 //! `pdlang bench accuracy`: what is known beside what the program computes, as a table, as JSON or as a page.
 
-use clap::{Arg, ArgAction, ArgMatches, Command};
+use std::path::PathBuf;
+
+use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use pdlang_models::accuracy::{Measure, STUDIES, Study, figure};
 use serde_json::{Value, json};
 
@@ -8,7 +10,7 @@ use super::super::models::json_flag;
 use super::super::run::{threads, threads_argument};
 use super::super::table::Table;
 use super::super::{Failure, Outcome, input_error};
-use super::progress;
+use super::{curves, progress};
 
 const COLUMNS: [&str; 6] = ["id", "quantity", "value", "reference", "tolerance", "pass"];
 
@@ -36,6 +38,13 @@ pub fn command() -> Command {
                 .conflicts_with("json")
                 .help("Print as a page; docs/accuracy.md is that of --all"),
         )
+        .arg(
+            Arg::new("plot")
+                .long("plot")
+                .value_name("FILE.svg")
+                .value_parser(value_parser!(PathBuf))
+                .help("Also draws the curves of the studies, as of paper-pml-3b-fit"),
+        )
         .arg(threads_argument())
         .arg(json_flag())
         .after_help("One row that does not pass is exit code 1.")
@@ -58,6 +67,10 @@ pub fn execute(matches: &ArgMatches) -> Outcome {
         print!("{}", page(&found));
     } else {
         table(&found, matches.get_flag("json")).print(matches.get_flag("json"));
+    }
+    if let Some(path) = matches.get_one::<PathBuf>("plot") {
+        curves::draw(path, &found)
+            .map_err(|why| Failure::plain(format!("cannot draw {}: {why}", path.display())))?;
     }
     let failed: Vec<&str> = found
         .iter()
