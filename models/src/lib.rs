@@ -5,6 +5,8 @@ pub mod bench;
 pub mod constants;
 pub mod files;
 pub mod language;
+pub mod page;
 pub mod registry;
+pub mod relations;
 pub mod verify;
 pub mod waves;

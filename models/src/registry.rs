@@ -116,6 +116,11 @@ impl Entry {
         format!("../../models/laws/{}.pd", self.name)
     }
 
+    /// The drawing of its waves, as its page links to it.
+    pub fn picture(&self) -> String {
+        format!("../img/laws/{}.svg", self.name)
+    }
+
     /// The law at a dimension, with its machine code.
     pub fn compiled(&self, dim: usize) -> Option<Law> {
         Law::compiled(self.kernels, dim).ok()

@@ -55,6 +55,11 @@ impl Ratio {
         }
     }
 
+    /// Numerator and denominator.
+    pub fn parts(self) -> (i128, i128) {
+        (self.num, self.den)
+    }
+
     pub fn value(self) -> f64 {
         self.num as f64 / self.den as f64
     }

@@ -1,21 +1,20 @@
 //! What commands let a user choose of a law: its parameters, its influence function, lengths. One way of reading it.
 
 use clap::{Arg, ArgAction, ArgMatches};
-use pdlang::diag::Diagnostic;
 use pdlang::front;
 use pdlang::ir::{InfluenceFn, Law};
 use pdlang::quantity::{self, Quantity};
 use pdlang_models::files;
 
 use super::emit::{self, Text};
-use super::{Failure, color, input_error};
+use super::{Failure, input_error};
 
 /// The laws of the catalogue or of a file, and their text.
 pub fn laws(name: &str) -> Result<(Vec<Law>, String), Failure> {
     let Text { text, path, .. } = emit::read(name)?;
     let checked = front::file_in(&text, &path, &mut files::read);
     if checked.has_errors() {
-        return Err(shown(&checked.diagnostics, &text, &path));
+        return Err(emit::shown(&checked.diagnostics, &text, &path));
     }
     if checked.laws.is_empty() {
         return Err(input_error(
@@ -24,14 +23,6 @@ pub fn laws(name: &str) -> Result<(Vec<Law>, String), Failure> {
         ));
     }
     Ok((checked.laws, text))
-}
-
-fn shown(found: &[Diagnostic], text: &str, path: &str) -> Failure {
-    let shown: Vec<String> = found
-        .iter()
-        .map(|d| d.render(text, path, color()))
-        .collect();
-    Failure::Input(shown.join("\n\n"))
 }
 
 pub fn law_arg() -> Arg {
@@ -105,7 +96,7 @@ pub fn params(matches: &ArgMatches) -> Result<Vec<Chosen>, Failure> {
 
 /// An influence function as a scene names it.
 pub fn influence(text: &str) -> Result<(InfluenceFn, Vec<f64>), Failure> {
-    front::influence_call(text, &[]).map_err(|found| shown(&found, text, "--influence"))
+    front::influence_call(text, &[]).map_err(|found| emit::shown(&found, text, "--influence"))
 }
 
 /// A length above 0, in SI or with its unit [m].

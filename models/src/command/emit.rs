@@ -3,8 +3,10 @@
 use clap::builder::PossibleValuesParser;
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use pdlang::assemble::Kinematics;
+use pdlang::diag::Diagnostic;
 use pdlang::emit::{self, Request, Stage};
-use pdlang_models::{files, registry};
+use pdlang_models::registry::Entry;
+use pdlang_models::{files, page, registry};
 
 use super::{Failure, Outcome, color, input_error};
 
@@ -60,20 +62,26 @@ pub fn execute(matches: &ArgMatches) -> Outcome {
         kinematics,
         dim: matches.get_one::<u8>("dim").map(|n| usize::from(*n)),
         link: Some(&link),
+        more: &[],
     };
-    match emit::emit_in(&text, &path, &mut files::read, request) {
-        Ok(shown) => {
-            print!("{shown}");
-            Ok(())
+    let made = match stage {
+        Stage::Latex | Stage::Markdown => {
+            let picture = registry::find(&path).map(Entry::picture);
+            page::page(&text, &path, stage, Some(&link), picture.as_deref()).map(|page| page.text)
         }
-        Err(findings) => {
-            let shown: Vec<String> = findings
-                .iter()
-                .map(|d| d.render(&text, &path, color()))
-                .collect();
-            Err(Failure::Input(shown.join("\n\n")))
-        }
-    }
+        _ => emit::emit_in(&text, &path, &mut files::read, request),
+    };
+    print!("{}", made.map_err(|found| shown(&found, &text, &path))?);
+    Ok(())
+}
+
+/// Findings, each at its place.
+pub fn shown(found: &[Diagnostic], text: &str, path: &str) -> Failure {
+    let shown: Vec<String> = found
+        .iter()
+        .map(|d| d.render(text, path, color()))
+        .collect();
+    Failure::Input(shown.join("\n\n"))
 }
 
 /// The text of a law, what it is called in messages, and where a page in `docs/laws` finds it.

@@ -48,6 +48,7 @@ pub fn execute(matches: &ArgMatches) -> Outcome {
         },
         dim: matches.get_one::<u8>("dim").map(|n| usize::from(*n)),
         link: None,
+        more: &[],
     };
     let shown = emit::emit_in(&text, &path, &mut files::read, request);
     let shown = shown.map_err(|findings| {

@@ -1,12 +1,15 @@
 //! `pdlang models`: the catalogue, and one law's page.
 
 use clap::{Arg, ArgAction, ArgMatches, Command};
+use pdlang::emit::Stage;
 use pdlang::ir::{self, Bound, Param, Response};
 use serde_json::{Value, json};
 
+use super::emit::shown;
 use super::table::Table;
 use super::{Failure, Outcome};
 use crate::command::input_error;
+use pdlang_models::page;
 use pdlang_models::registry::{self, Entry};
 
 pub fn command() -> Command {
@@ -31,7 +34,7 @@ pub fn json_flag() -> Arg {
 pub fn execute(matches: &ArgMatches) -> Outcome {
     let as_json = matches.get_flag("json");
     match matches.get_one::<String>("name") {
-        Some(name) => page(name, as_json),
+        Some(name) => show(name, as_json),
         None => list(as_json),
     }
 }
@@ -62,13 +65,9 @@ fn list(as_json: bool) -> Outcome {
 }
 
 fn read(entry: &Entry) -> Result<ir::Law, Failure> {
-    entry.law().map_err(|diagnostics| {
-        let shown: Vec<String> = diagnostics
-            .iter()
-            .map(|d| d.render(entry.text, entry.name, false))
-            .collect();
-        Failure::Input(shown.join("\n\n"))
-    })
+    entry
+        .law()
+        .map_err(|found| shown(&found, entry.text, entry.name))
 }
 
 fn response(law: &ir::Law) -> String {
@@ -86,7 +85,7 @@ fn response(law: &ir::Law) -> String {
         .join(", ")
 }
 
-fn page(name: &str, as_json: bool) -> Outcome {
+fn show(name: &str, as_json: bool) -> Outcome {
     let Some(entry) = registry::find(name) else {
         let names = registry::names().join(", ");
         return Err(input_error(
@@ -94,12 +93,13 @@ fn page(name: &str, as_json: bool) -> Outcome {
             format!("known laws: {names}"),
         ));
     };
-    let law = read(entry)?;
     if as_json {
-        println!("{:#}", page_json(&law, entry));
-    } else {
-        print!("{}", page_text(&law, entry));
+        println!("{:#}", page_json(&read(entry)?, entry));
+        return Ok(());
     }
+    let page = page::page(entry.text, name, Stage::Terminal, None, None);
+    let page = page.map_err(|found| shown(&found, entry.text, name))?;
+    print!("{}", page.text);
     Ok(())
 }
 
@@ -118,50 +118,8 @@ fn page_json(law: &ir::Law, entry: &Entry) -> Value {
     })
 }
 
-fn page_text(law: &ir::Law, entry: &Entry) -> String {
-    let mut text = format!("{}: {}\n", law.name, law.title);
-    for cite in &law.cites {
-        text.push_str(&format!("  {cite}\n"));
-    }
-    let flavours = flavours(law).join(", ");
-    text.push_str(&format!(
-        "\nFlavours: {flavours}\nResponse: {}\n",
-        response(law)
-    ));
-    let breaks = if law.breaks.is_empty() {
-        "cannot break"
-    } else {
-        "can break"
-    };
-    text.push_str(&format!("Bonds:    {breaks}\n"));
-    for (heading, table) in [
-        ("Parameters", parameters(law)),
-        ("Influence", influences(law)),
-    ] {
-        text.push_str(&format!("\n{heading}\n{}", indented(&table.text())));
-    }
-    if !law.weights.is_empty() {
-        text.push_str(&format!(
-            "\nWeights, which a scene may set to 1\n{}",
-            indented(&weights(law).text())
-        ));
-    }
-    let constants = constants(law);
-    if !constants.is_empty() {
-        text.push_str(&format!("\nConstants: {}\n", constants.join(", ")));
-    }
-    text.push_str(&format!("\nText\n{}", indented(entry.text)));
-    text
-}
-
 fn flavours(law: &ir::Law) -> Vec<&'static str> {
     law.flavours.iter().map(|flavour| flavour.name()).collect()
-}
-
-fn indented(text: &str) -> String {
-    text.lines()
-        .map(|l| format!("  {l}\n").replace("  \n", "\n"))
-        .collect()
 }
 
 fn parameters(law: &ir::Law) -> Table {
@@ -215,14 +173,4 @@ fn weights(law: &ir::Law) -> Table {
         ]);
     }
     table
-}
-
-/// Names of the constants that the law computes.
-fn constants(law: &ir::Law) -> Vec<&str> {
-    let constant = |d: &&ir::Def| d.home == ir::Home::Constant && !d.span.prelude;
-    law.defs
-        .iter()
-        .filter(constant)
-        .map(|d| d.name.as_str())
-        .collect()
 }

@@ -96,24 +96,10 @@ pub fn draw(
     series: &[Series],
     curves: &[Curve],
 ) -> Result<(), Box<dyn Error>> {
-    let size = size(series);
     match format {
-        Format::Svg => {
-            let mut text = String::new();
-            {
-                let root = SVGBackend::with_string(&mut text, size).into_drawing_area();
-                panels(&root, series, curves)?;
-                root.present()?;
-            }
-            // Shown in whole pixels, with places finer than that.
-            let (width, height) = size;
-            let fine = format!("width=\"{width}\" height=\"{height}\"");
-            let shown = format!("width=\"{}\" height=\"{}\"", width / FINE, height / FINE);
-            let text = text.replacen(&fine, &shown, 1);
-            std::fs::write(path, text)?;
-        }
+        Format::Svg => std::fs::write(path, svg(series, curves)?)?,
         Format::Png => {
-            let mut canvas = canvas(size);
+            let mut canvas = canvas(size(series));
             {
                 let root = Pixels(&mut canvas).into_drawing_area();
                 panels(&root, series, curves)?;
@@ -122,6 +108,25 @@ pub fn draw(
         }
     }
     Ok(())
+}
+
+/// The text of a drawing.
+///
+/// # Errors
+/// When the back end draws nothing.
+pub fn svg(series: &[Series], curves: &[Curve]) -> Result<String, Box<dyn Error>> {
+    let size = size(series);
+    let mut text = String::new();
+    {
+        let root = SVGBackend::with_string(&mut text, size).into_drawing_area();
+        panels(&root, series, curves)?;
+        root.present()?;
+    }
+    // Shown in whole pixels, with places finer than that.
+    let (width, height) = size;
+    let fine = format!("width=\"{width}\" height=\"{height}\"");
+    let shown = format!("width=\"{}\" height=\"{}\"", width / FINE, height / FINE);
+    Ok(text.replacen(&fine, &shown, 1))
 }
 
 fn names(series: &[Series]) -> Vec<&str> {

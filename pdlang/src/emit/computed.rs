@@ -1,6 +1,6 @@
 //! The part of a law's page that says how it is computed and what that costs at a bond.
 
-use super::page::Part;
+use super::render::Part;
 use crate::assemble::{self, Kinematics};
 use crate::explain::{Work, works};
 use crate::ir::Law;

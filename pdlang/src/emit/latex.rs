@@ -3,6 +3,7 @@
 //! A sum runs over the other ends j of the bonds of a node and is weighted with their volumes; H is the
 //! family of intact bonds, H_0 that of all there ever were. A prime is the other end.
 
+use super::derived::Meaning;
 use super::symbols;
 use crate::ast::{Argument, Expr, ExprKind};
 use crate::ir::{BinaryOp, CompareOp, Law, Shape};
@@ -18,22 +19,95 @@ enum Tight {
     Atom,
 }
 
-/// What a formula needs to know of its law.
+/// How a page writes formulas, and what it needs to know of its law.
 pub(super) struct Notation<'a> {
     pub law: &'a Law,
+    /// As text of the language instead of LaTeX.
+    pub plain: bool,
+    /// What names that are not of the law stand for.
+    pub meanings: Vec<(String, Meaning, Shape)>,
 }
 
 impl Notation<'_> {
     pub(super) fn expr(&self, e: &Expr) -> String {
-        self.tight(e).0
+        match self.plain {
+            true => super::plain::expr(e),
+            false => self.tight(e).0,
+        }
+    }
+
+    pub(super) fn number(&self, value: f64) -> String {
+        match self.plain {
+            true => super::plain::number(value),
+            false => symbols::number(value),
+        }
+    }
+
+    /// A name of nothing in the law.
+    pub(super) fn bare(&self, name: &str) -> String {
+        match self.plain {
+            true => name.into(),
+            false => symbols::name(name, false),
+        }
+    }
+
+    pub(super) fn bold(&self, name: &str) -> String {
+        match self.plain {
+            true => name.into(),
+            false => symbols::name(name, true),
+        }
+    }
+
+    /// The time derivative of a field.
+    pub(super) fn rate(&self, name: &str) -> String {
+        match self.plain {
+            true => format!("rate {name}"),
+            false => format!("\\dot{{{}}}", self.name(name)),
+        }
+    }
+
+    pub(super) fn becomes(&self) -> &'static str {
+        if self.plain { ":=" } else { "\\leftarrow" }
+    }
+
+    fn meaning(&self, meaning: &Meaning) -> String {
+        match meaning {
+            Meaning::Slope(of, by) => {
+                format!(
+                    "\\frac{{\\partial {}}}{{\\partial {}}}",
+                    self.name(of),
+                    self.name(by)
+                )
+            }
+            Meaning::Change(of) => match self.meanings.iter().find(|(name, ..)| name == of) {
+                Some((_, Meaning::Slope(..), _)) => {
+                    format!("\\mathrm{{d}}\\left({}\\right)", self.name(of))
+                }
+                _ => format!("\\mathrm{{d}}{{{}}}", self.name(of)),
+            },
+            Meaning::State(None) => "\\underline{\\mathbf{T}}".into(),
+            Meaning::State(Some(family)) => {
+                format!(
+                    "\\underline{{\\mathbf{{T}}}}^{{\\text{{{}}}}}",
+                    words(family)
+                )
+            }
+        }
     }
 
     /// A value, in bold where it is a vector or a tensor.
     pub(super) fn name(&self, name: &str) -> String {
+        if self.plain {
+            return name.into();
+        }
+        if let Some((_, meaning, _)) = self.meanings.iter().find(|(known, ..)| known == name) {
+            return self.meaning(meaning);
+        }
         match name {
             "velocity" => return "\\mathbf{v}".into(),
             "edot" => return "\\dot e".into(),
-            "dim" => return "d".into(),
+            // A law may call something of its own `d`.
+            "dim" => return "\\dim".into(),
             "inf" => return "\\infty".into(),
             _ => {}
         }
@@ -133,7 +207,12 @@ impl Notation<'_> {
                 Tight::Sum,
             ),
             BinaryOp::Mul => {
-                let (left, right) = (at(a, Tight::Product), at(b, Tight::Product));
+                let held = if is_open(a) {
+                    Tight::Atom
+                } else {
+                    Tight::Product
+                };
+                let (left, right) = (at(a, held), at(b, Tight::Product));
                 // A digit must not follow a number.
                 let between = if right.starts_with(|c: char| c.is_ascii_digit()) {
                     " \\cdot "
@@ -238,6 +317,19 @@ impl Notation<'_> {
                 Tight::Atom,
             ),
         }
+    }
+}
+
+/// Whether what follows would seem to belong to it: the end of a sum over bonds, or of a product of vectors.
+fn is_open(e: &Expr) -> bool {
+    let open = [
+        "sum", "sum0", "ball", "mean", "min", "max", "count", "dot", "outer",
+    ];
+    match &e.kind {
+        ExprKind::Call { name, .. } => open.contains(&name.text.as_str()),
+        ExprKind::Binary(BinaryOp::Mul, _, b) => is_open(b),
+        ExprKind::Neg(a) => is_open(a),
+        _ => false,
     }
 }
 

@@ -5,11 +5,17 @@
 
 mod ast;
 mod computed;
+pub mod derived;
+mod formulas;
 mod ir;
 mod latex;
 mod page;
+mod plain;
+mod render;
 mod rust;
 mod symbols;
+
+pub use render::{Form, Part};
 
 use crate::assemble::{self, Kinematics};
 use crate::diag::Diagnostic;
@@ -29,9 +35,10 @@ pub enum Stage {
     Passes,
     /// The kernels, as a macro writes them.
     Rust,
-    /// The page of the law, as LaTeX and as Markdown.
+    /// The page of the law, as LaTeX, as Markdown and, of `pdlang models`, for a terminal.
     Latex,
     Markdown,
+    Terminal,
     /// Sweeps with their formulas and costs; of `pdlang explain`.
     Explained,
 }
@@ -54,6 +61,7 @@ impl Stage {
             Stage::Rust => "rust",
             Stage::Latex => "latex",
             Stage::Markdown => "markdown",
+            Stage::Terminal => "terminal",
             Stage::Explained => "explained",
         }
     }
@@ -69,6 +77,8 @@ pub struct Request<'a> {
     pub dim: Option<usize>,
     /// Where a page says that the text is.
     pub link: Option<&'a str>,
+    /// What the caller knows besides: it stands on the page too.
+    pub more: &'a [Part],
 }
 
 /// The laws of a text at one stage, one after the other. `link` is where a page says that the text is.
@@ -81,6 +91,7 @@ pub fn emit(text: &str, stage: Stage, link: Option<&str>) -> Result<String, Vec<
         kinematics: Kinematics::General,
         dim: None,
         link,
+        more: &[],
     };
     emit_in(text, "", &mut files::nowhere, request)
 }
@@ -102,13 +113,18 @@ pub fn emit_in(
     }
     let laws = source.checked.laws.iter().zip(&source.models);
     let one = |(law, model): (&crate::ir::Law, &crate::ast::Model)| {
+        let page = |form| {
+            let parts = page::parts(law, model, &source, form, request.more);
+            render::page(form, &law.title, link, &parts)
+        };
         Ok(match stage {
             Stage::Ast => ast::model(model),
             Stage::Ir => ir::law(law),
             Stage::Passes => spec(law, &request)?.to_string(),
             Stage::Rust => rust::page(crate::rust::module(&[spec(law, &request)?])),
-            Stage::Latex => page::latex(law, model, &source),
-            Stage::Markdown => page::markdown(law, model, &source, link),
+            Stage::Latex => page(Form::Latex),
+            Stage::Markdown => page(Form::Markdown),
+            Stage::Terminal => page(Form::Terminal),
             Stage::Explained => crate::explain::text(&spec(law, &request)?),
         })
     };

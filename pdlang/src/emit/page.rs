@@ -1,101 +1,33 @@
 //! The page of a law, generated from its text: what it says, in which notation, with which parameters.
 
 use super::latex::Notation;
-use super::symbols;
+use super::render::{DOLLAR, Form, Part};
 use crate::ast::{self, Components, Item, Model, ProbeLine, ResponseKind, Setting};
 use crate::front::Source;
-use crate::ir::{Bound, Field, Home, Law, Meet, Param};
+use crate::ir::{Bound, Field, Home, Law, Meet, Param, Response};
 use crate::resolve::walk;
 use crate::span::Span;
 use std::collections::BTreeSet;
 
-/// A paragraph of the page.
-pub(super) enum Part {
-    Heading(String),
-    Text(String),
-    /// Columns, then rows; formulas are in `$`.
-    Table(Vec<&'static str>, Vec<Vec<String>>),
-    /// What stands before a formula, and the formula.
-    Equation(String, String),
-}
-
-/// The page as a LaTeX fragment.
-pub(super) fn latex(law: &Law, model: &Model, source: &Source) -> String {
-    let mut text = format!("\\section*{{{}}}\n", symbols::prose(&law.title));
-    for part in parts(law, model, source) {
-        text += &match part {
-            Part::Heading(heading) => format!("\n\\subsection*{{{heading}}}\n"),
-            Part::Text(words) => format!("\n{}\n", code_in_latex(&words)),
-            Part::Equation(before, formula) => {
-                format!("\n{}\n\\[ {formula} \\]\n", code_in_latex(&before))
-            }
-            Part::Table(columns, rows) => {
-                let row = |cells: Vec<String>| {
-                    let cells: Vec<String> = cells.iter().map(|c| cell_in_latex(c)).collect();
-                    format!("{} \\\\\n", cells.join(" & "))
-                };
-                let head = row(columns.iter().map(|c| c.to_string()).collect());
-                let rows: String = rows.into_iter().map(row).collect();
-                let layout = "l".repeat(columns.len());
-                format!("\n\\begin{{tabular}}{{{layout}}}\n{head}\\hline\n{rows}\\end{{tabular}}\n")
-            }
-        };
-    }
-    text
-}
-
-/// The page as Markdown with formulas. `link` leads to the text of the law.
-pub(super) fn markdown(law: &Law, model: &Model, source: &Source, link: Option<&str>) -> String {
-    let mut text = format!("# {}\n", law.title);
-    if let Some(link) = link {
-        let file = link.rsplit('/').next().unwrap_or(link);
-        text += &format!("\nGenerated from [{file}]({link}).\n");
-    }
-    for part in parts(law, model, source) {
-        text += &match part {
-            Part::Heading(heading) => format!("\n## {heading}\n"),
-            Part::Text(words) => format!("\n{words}\n"),
-            Part::Equation(before, formula) if before.is_empty() => {
-                format!("\n```math\n{formula}\n```\n")
-            }
-            Part::Equation(before, formula) => format!("\n{before}\n\n```math\n{formula}\n```\n"),
-            Part::Table(columns, rows) => {
-                let row = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
-                let head: Vec<String> = columns.iter().map(|c| c.to_string()).collect();
-                let rule = vec!["---".to_string(); columns.len()];
-                let rows: String = rows.iter().map(|r| row(r)).collect();
-                format!("\n{}{}{rows}", row(&head), row(&rule))
-            }
-        };
-    }
-    text
-}
-
-/// `code` becomes typewriter; formulas stay.
-fn code_in_latex(words: &str) -> String {
-    let part = |(k, part): (usize, &str)| match k % 2 {
-        0 => formulas_kept(part),
-        _ => format!("\\texttt{{{}}}", symbols::prose(part)),
+/// The page of a law in the notation of a form; `more` stands before its probes.
+pub(super) fn parts(
+    law: &Law,
+    model: &Model,
+    source: &Source,
+    form: Form,
+    more: &[Part],
+) -> Vec<Part> {
+    let derived = super::derived::of(law, model, source);
+    let notation = Notation {
+        law,
+        plain: form == Form::Terminal,
+        meanings: derived.as_ref().map_or_else(Vec::new, |d| d.meanings()),
     };
-    words.split('`').enumerate().map(part).collect()
-}
-
-fn cell_in_latex(cell: &str) -> String {
-    code_in_latex(cell)
-}
-
-fn formulas_kept(words: &str) -> String {
-    let part = |(k, part): (usize, &str)| match k % 2 {
-        0 => symbols::prose(part),
-        _ => format!("${part}$"),
-    };
-    words.split('$').enumerate().map(part).collect()
-}
-
-fn parts(law: &Law, model: &Model, source: &Source) -> Vec<Part> {
-    let notation = Notation { law };
     let mut parts: Vec<Part> = vec![Part::Text(format!("`{}`", law.name))];
-    parts.extend(law.cites.iter().map(|cite| Part::Text(cite.clone())));
+    parts.extend(law.cites.iter().map(|cite| Part::Text(said(cite))));
+    parts.push(Part::Text(facts(law)));
+    parts.push(Part::Heading("The law as it is written".into()));
+    parts.push(Part::Code(without_probes(source.library.text, model)));
     if !law.params.is_empty() {
         parts.push(Part::Heading("Parameters".into()));
         let rows = law.params.iter().map(|p| param(p, &notation)).collect();
@@ -106,16 +38,13 @@ fn parts(law: &Law, model: &Model, source: &Source) -> Vec<Part> {
     }
     unknowns(law, &notation, &mut parts);
     parts.push(Part::Heading("Definitions".into()));
-    parts.push(Part::Text(
-        "$d$ is the number of dimensions, $\\delta$ the horizon, $V_j$ the volume of the node at the other end of a bond, \
-         $\\mathcal{H}$ the family of intact bonds, $\\mathcal{H}_0$ that of the undamaged body, $\\mathcal{B}_\\delta$ the \
-         whole horizon. A prime is the other end of the bond."
-            .into(),
-    ));
+    parts.push(Part::Text(legend(notation.plain).into()));
     for item in &model.items {
         parts.extend(equation(item, &notation, source));
     }
     parts.extend(functions(model, source, &notation));
+    parts.extend(super::formulas::parts(derived.as_ref(), model, &notation));
+    parts.extend_from_slice(more);
     parts.extend(super::computed::parts(law));
     for item in &model.items {
         if let Item::Probe(probe) = item {
@@ -131,17 +60,96 @@ fn parts(law: &Law, model: &Model, source: &Source) -> Vec<Part> {
     parts
 }
 
+/// Words of a law: their signs are no marks of the page.
+fn said(words: &str) -> String {
+    words.replace('$', DOLLAR).replace('`', "'")
+}
+
+/// What the words of the formulas mean.
+fn legend(plain: bool) -> &'static str {
+    match plain {
+        true => {
+            "dim is the number of dimensions, delta the horizon; sum runs over the intact bonds of a node and weighs them with the \
+             volume of their other end, sum0 over those of the undamaged body; ball is the integral over the whole horizon. A prime is \
+             the other end of the bond."
+        }
+        false => {
+            "$\\dim$ is the number of dimensions, $\\delta$ the horizon, $V_j$ the volume of the node at the other end of a bond, \
+             $\\mathcal{H}$ the family of intact bonds, $\\mathcal{H}_0$ that of the undamaged body, $\\mathcal{B}_\\delta$ the \
+             whole horizon. A prime is the other end of the bond."
+        }
+    }
+}
+
+/// For which bodies it is, what it answers, whether bonds break.
+fn facts(law: &Law) -> String {
+    let flavours: Vec<String> = law
+        .flavours
+        .iter()
+        .map(|f| format!("`{}`", f.name()))
+        .collect();
+    let mut answers: Vec<&str> = vec![];
+    for response in &law.responses {
+        let word = match response {
+            Response::Energy(_) => "an energy",
+            Response::Pair(..) => "bond forces",
+            Response::State(..) => "a force state",
+            Response::Force(_) => "a force",
+            Response::Rate(..) => "rates of fields",
+        };
+        if !answers.contains(&word) {
+            answers.push(word);
+        }
+    }
+    let breaks = if law.breaks.is_empty() {
+        "Its bonds do not break."
+    } else {
+        "Its bonds can break."
+    };
+    format!(
+        "For {}. It gives {}. {breaks}",
+        flavours.join(", "),
+        answers.join(" and ")
+    )
+}
+
+/// The text of a law up to its probes, which have a part of the page of their own.
+fn without_probes(text: &str, model: &Model) -> String {
+    let first = model.items.iter().find_map(|item| match item {
+        Item::Probe(probe) => Some(probe.name.span.start as usize),
+        _ => None,
+    });
+    let Some(end) = first.and_then(|at| text.get(..at)) else {
+        return text.trim_end().into();
+    };
+    let mut lines: Vec<&str> = end.lines().collect();
+    // The line of the probe, and what is said about it above.
+    lines.pop();
+    while lines
+        .last()
+        .is_some_and(|l| l.trim().is_empty() || l.trim_start().starts_with('#'))
+    {
+        lines.pop();
+    }
+    format!("{}\n}}", lines.join("\n"))
+}
+
 fn param(p: &Param, notation: &Notation) -> Vec<String> {
     let side = |b: Option<Bound>, strict: &str, loose: &str| {
         b.map(|b| {
             format!(
                 "${} {}$",
                 if b.inclusive { loose } else { strict },
-                symbols::number(b.value)
+                notation.number(b.value)
             )
         })
     };
-    let sides = [side(p.lower, ">", "\\ge"), side(p.upper, "<", "\\le")];
+    let (ge, le) = if notation.plain {
+        (">=", "<=")
+    } else {
+        ("\\ge", "\\le")
+    };
+    let sides = [side(p.lower, ">", ge), side(p.upper, "<", le)];
     let unit = if p.unit.is_number() {
         "1".into()
     } else {
@@ -163,9 +171,9 @@ fn param(p: &Param, notation: &Notation) -> Vec<String> {
         unit,
         sides.into_iter().flatten().collect::<Vec<_>>().join(", "),
         p.default
-            .map(|v| format!("${}$", symbols::number(v)))
+            .map(|v| format!("${}$", notation.number(v)))
             .unwrap_or_default(),
-        p.doc.clone() + &met,
+        said(&p.doc) + &met,
     ]
 }
 
@@ -196,7 +204,7 @@ fn unknowns(law: &Law, notation: &Notation, parts: &mut Vec<Part>) {
             format!("${}$", notation.name(&f.name)),
             unit(&f.unit),
             lives(f),
-            f.doc.clone(),
+            said(&f.doc),
         ]
     });
     let histories = law.histories.iter().map(|h| {
@@ -247,7 +255,7 @@ fn equation(item: &Item, notation: &Notation, source: &Source) -> Option<Part> {
                 Home::Bond => "on a bond",
             };
             let words = match remark(source.library.text, d.name.span) {
-                Some(remark) => format!("{remark}, {home}:"),
+                Some(remark) => format!("{}, {home}:", said(remark)),
                 None => format!("{home}:"),
             };
             set(&capital(&words), notation.name(&d.name.text), &d.expr)
@@ -268,24 +276,25 @@ fn equation(item: &Item, notation: &Notation, source: &Source) -> Option<Part> {
                 ),
                 ResponseKind::Force => set(
                     "Force density of a node:",
-                    format!("\\mathbf{{{name}}}"),
+                    notation.bold(&r.name.text),
                     &r.expr,
                 ),
-                ResponseKind::Rate => set("Rate:", format!("\\dot{{{name}}}"), &r.expr),
+                ResponseKind::Rate => set("Rate:", notation.rate(&r.name.text), &r.expr),
             }
         }
         Item::Update(u) => {
             let name = notation.name(&u.name.text);
             Some(Part::Equation(
                 "When a step is accepted:".into(),
-                format!("{name} \\leftarrow {}", notation.expr(&u.expr)),
+                format!("{name} {} {}", notation.becomes(), notation.expr(&u.expr)),
             ))
         }
         Item::AfterStep(a) => Some(Part::Equation(
             "When a step is accepted, a node with intact bonds gets the velocity".into(),
             format!(
-                "{0} \\leftarrow {1}",
+                "{} {} {}",
                 notation.name(&a.name.text),
+                notation.becomes(),
                 notation.expr(&a.expr)
             ),
         )),
@@ -294,7 +303,10 @@ fn equation(item: &Item, notation: &Notation, source: &Source) -> Option<Part> {
             notation.expr(&f.filter),
         )),
         Item::Weight(w) => {
-            let words = w.doc.as_ref().map_or("weight", |doc| doc.text.as_str());
+            let words = w
+                .doc
+                .as_ref()
+                .map_or("weight".into(), |doc| said(&doc.text));
             let words = format!("{words}, computed once, unless the scene says 1:");
             set(&capital(&words), notation.name(&w.name.text), &w.expr)
         }
@@ -315,7 +327,7 @@ fn equation(item: &Item, notation: &Notation, source: &Source) -> Option<Part> {
         }
         Item::Known(k) => {
             let checks: Vec<String> = k.checks.iter().map(|c| format!("`{}`", c.text)).collect();
-            let words = format!("Known ({}): {}.", checks.join(", "), k.reason.text);
+            let words = format!("Known ({}): {}.", checks.join(", "), said(&k.reason.text));
             Some(Part::Text(words))
         }
         Item::Param(_) | Item::Field(_) | Item::History(_) | Item::Probe(_) => None,
@@ -360,12 +372,8 @@ fn functions(model: &Model, source: &Source, notation: &Notation) -> Vec<Part> {
         }
         if let Some(f) = source.library.function(&name, false) {
             walk::called(&f.body, &mut open);
-            let args: Vec<String> = f
-                .params
-                .iter()
-                .map(|p| symbols::name(&p.text, false))
-                .collect();
-            let left = format!("{}({})", symbols::name(&name, false), args.join(", "));
+            let args: Vec<String> = f.params.iter().map(|p| notation.bare(&p.text)).collect();
+            let left = format!("{}({})", notation.bare(&name), args.join(", "));
             found.push((name, format!("{left} = {}", notation.expr(&f.body))));
         } else if let Some(d) = source.library.definition(&name, false) {
             walk::called(&d.expr, &mut open);
@@ -423,7 +431,7 @@ fn probed(probe: &ast::Probe, notation: &Notation) -> Vec<Part> {
             } => {
                 let at = format!(
                     "${} = {}$",
-                    symbols::name("X", true),
+                    notation.name("X"),
                     components(position, notation)
                 );
                 text += &format!(" Node `{}`: {at}{}.", name.text, rest(settings, notation));
@@ -448,7 +456,7 @@ fn probed(probe: &ast::Probe, notation: &Notation) -> Vec<Part> {
                     format!(" at `{}`", places.join(" - "))
                 };
                 let name = match (e.rate, e.name.text.as_str()) {
-                    (true, name) => format!("$\\dot{{{}}}$", notation.name(name)),
+                    (true, name) => format!("${}$", notation.rate(name)),
                     (_, "force") => "force".into(),
                     (_, name) => format!("${}$", notation.name(name)),
                 };
@@ -474,7 +482,7 @@ fn rest(settings: &[Setting], notation: &Notation) -> String {
 
 fn set(setting: &Setting, notation: &Notation) -> String {
     let name = match setting.name.text.as_str() {
-        name @ ("u" | "v" | "H") => symbols::name(name, true),
+        name @ ("u" | "v" | "H") => notation.bold(name),
         name => notation.name(name),
     };
     format!("${name} = {}$", components(&setting.value, notation))

@@ -95,10 +95,16 @@ pub(super) fn unit(unit: &UnitExpr) -> String {
 pub(super) fn prose(text: &str) -> String {
     let mut out = String::new();
     for letter in text.chars() {
-        if matches!(letter, '&' | '%' | '$' | '#' | '_' | '{' | '}') {
-            out.push('\\');
+        match letter {
+            '&' | '%' | '$' | '#' | '_' | '{' | '}' => out.extend(['\\', letter]),
+            '\\' => out.push_str("\\textbackslash{}"),
+            '^' => out.push_str("\\textasciicircum{}"),
+            '~' => out.push_str("\\textasciitilde{}"),
+            '<' => out.push_str("\\textless{}"),
+            '>' => out.push_str("\\textgreater{}"),
+            '|' => out.push_str("\\textbar{}"),
+            _ => out.push(letter),
         }
-        out.push(letter);
     }
     out
 }

@@ -38,7 +38,7 @@ fn formulas_are_those_of_papers() {
         "# A test of 100 %",
         "[a.pd](../a.pd)",
         r"| $K$ | Pa | $> 0$ | $10^{9}$ | modulus |",
-        r"\theta = \frac{d\,\sum_{j \in \mathcal{H}} \omega\,e\,V_j}{\sum_{j \in \mathcal{H}} \omega\,x\,V_j}",
+        r"\theta = \frac{\dim\,\sum_{j \in \mathcal{H}} \omega\,e\,V_j}{\sum_{j \in \mathcal{H}} \omega\,x\,V_j}",
         r"\mathbf{z} = \mathbf{Y} - \boldsymbol{\xi}\,\left(1 + \theta - {\theta}'\right)",
         r"\frac{K_{\mathrm{bb}}\left(K\right)\,{\left(\theta + 1\right)}^{2}}{2}",
         r"s > 2 \lor \lVert \mathbf{z} \rVert > -3\,\mathrm{mm}",
@@ -58,6 +58,7 @@ fn kernels_say_what_they_read() {
             kinematics: Kinematics::General,
             dim: Some(dim),
             link: None,
+            more: &[],
         };
         emit_in(LAW, "", &mut files::nowhere, request)
     };
@@ -77,7 +78,49 @@ fn kernels_say_what_they_read() {
         kinematics: Kinematics::General,
         dim: Some(3),
         link: None,
+        more: &[],
     };
     let refused = emit_in(&bar, "", &mut files::nowhere, request).unwrap_err();
     assert_eq!(refused[0].code, "PD092");
+}
+
+/// Descriptions are prose: what is a mark of LaTeX or of Markdown in them is a letter.
+#[test]
+fn words_of_a_law_are_no_marks() {
+    let law = LAW.replace("\"modulus\"", "\"of 5 $ & a_b^2 \\\\ {c} | ~d # 3 %\"");
+    let latex = emit(&law, Stage::Latex, None).unwrap();
+    let row = r"of 5 \$ \& a\_b\textasciicircum{}2 ";
+    assert!(latex.contains(row), "{latex}");
+    assert!(
+        latex.contains(r"\{c\} \textbar{} \textasciitilde{}d \# 3 \%"),
+        "{latex}"
+    );
+    let markdown = emit(&law, Stage::Markdown, None).unwrap();
+    assert!(markdown.contains(r"of 5 \$ & a_b^2"), "{markdown}");
+    assert!(markdown.contains(r"{c} \| ~d"), "{markdown}");
+}
+
+/// A law may call something of its own `d`, as papers call the number of dimensions.
+#[test]
+fn the_number_of_dimensions_has_a_name_of_its_own() {
+    let law = LAW.replace(
+        "influence omega = 1/x",
+        "influence omega = 1/x let d = 2*dim",
+    );
+    let latex = emit(&law, Stage::Latex, None).unwrap();
+    assert!(latex.contains(r"\[ d = 2\,\dim \]"), "{latex}");
+}
+
+/// One page, three forms; a law that is not of the catalogue has its force as well.
+#[test]
+fn a_page_has_the_derived_force_in_every_form() {
+    let latex = emit(LAW, Stage::Latex, None).unwrap();
+    let terminal = emit(LAW, Stage::Terminal, None).unwrap();
+    for (page, state) in [
+        (&latex, r"\underline{\mathbf{T}} ="),
+        (&terminal, "T_state ="),
+    ] {
+        assert!(page.contains("The force"), "{page}");
+        assert!(page.contains(state), "{page}");
+    }
 }

@@ -70,6 +70,7 @@ fn refusal(text: &str) -> String {
         kinematics: Kinematics::Linearised,
         dim: None,
         link: None,
+        more: &[],
     };
     let made = emit::emit_in(text, "m.pd", &mut nowhere, request);
     let shown = made.expect_err("the law cannot be linearised");

@@ -1,0 +1,267 @@
+//! The tangent: what a small change of the displacements changes, quantity by quantity.
+
+use super::algebra::{Atom, Kind, Product, Sum, dot, outer, summed};
+use super::read::{Scope, boolean, scalar, vector};
+use super::slopes::select;
+use super::{Line, Meaning};
+use crate::ir::{CompareOp, Home, Shape};
+use crate::ratio::Ratio;
+
+pub(super) struct Changes<'s, 'a> {
+    scope: &'s Scope<'a>,
+    /// Named results of the derivation, which change too.
+    named: Vec<Line>,
+    /// Names whose change is needed.
+    needed: Vec<String>,
+}
+
+/// The name of the change of a quantity.
+fn change(name: &str) -> String {
+    format!("d_{name}")
+}
+
+impl<'s, 'a> Changes<'s, 'a> {
+    /// The change of `last`, and before it that of everything that it needs.
+    pub(super) fn of(scope: &'s Scope<'a>, named: &[Line], last: &[Line]) -> Option<Vec<Line>> {
+        let mut changes = Changes {
+            scope,
+            named: named.to_vec(),
+            needed: vec![],
+        };
+        let mut lines: Vec<Line> = vec![];
+        for line in last {
+            lines.push(changes.line(line)?);
+        }
+        // Until nothing more is needed: each name adds those that it is made of.
+        let mut k = 0;
+        let mut found: Vec<Line> = vec![];
+        while k < changes.needed.len() {
+            let name = changes.needed[k].clone();
+            found.push(changes.line_of(&name)?);
+            k += 1;
+        }
+        // In the order in which they can be computed.
+        let order: Vec<String> = ["e", "M"]
+            .map(String::from)
+            .into_iter()
+            .chain(scope.own().map(|d| d.name.clone()))
+            .chain(named.iter().map(|l| l.name.clone()))
+            .collect();
+        let place = |line: &Line| match &line.meaning {
+            Meaning::Change(of) => order.iter().position(|n| n == of).unwrap_or(order.len()),
+            _ => order.len(),
+        };
+        found.sort_by_key(place);
+        found.extend(lines);
+        Some(found)
+    }
+
+    fn line(&mut self, line: &Line) -> Option<Line> {
+        Some(Line {
+            meaning: Meaning::Change(line.name.clone()),
+            name: change(&line.name),
+            value: self.sum(&line.value)?,
+            ..line.clone()
+        })
+    }
+
+    fn line_of(&mut self, name: &str) -> Option<Line> {
+        let scope = self.scope;
+        if let Some(k) = self.named.iter().position(|l| l.name == name) {
+            let line = self.named[k].clone();
+            return self.line(&line);
+        }
+        let of_bond = |shape, value| Line {
+            meaning: Meaning::Change(name.into()),
+            name: change(name),
+            home: Home::Bond,
+            shape,
+            value,
+        };
+        let eta = scope.bond("d_eta", Shape::Vector);
+        let (m, y) = (
+            scope.bond("M", Shape::Vector),
+            scope.bond("y", Shape::Scalar),
+        );
+        match name {
+            "e" if scope.is_prelude("e") => Some(of_bond(Shape::Scalar, dot(&m, &eta)?)),
+            "M" if scope.is_prelude("M") => {
+                let along = self.need("e", Shape::Scalar, Home::Bond).times(&m)?;
+                Some(of_bond(Shape::Vector, eta.minus(&along)?.over(&y)?))
+            }
+            _ => {
+                let def = scope.law.defs.iter().find(|d| d.name == name)?;
+                let value = scope.read(&scope.written(name)?.expr)?;
+                Some(Line {
+                    meaning: Meaning::Change(name.into()),
+                    name: change(name),
+                    home: def.home,
+                    shape: def.shape,
+                    value: self.sum(&value)?,
+                })
+            }
+        }
+    }
+
+    fn need(&mut self, name: &str, shape: Shape, home: Home) -> Sum {
+        if !self.needed.iter().any(|n| n == name) {
+            self.needed.push(name.into());
+        }
+        Atom::name(&change(name), shape, home).sum()
+    }
+
+    fn moves(&self, atom: &Atom) -> bool {
+        match &atom.kind {
+            Kind::Name(name) if self.named.iter().any(|l| l.name == *name) => true,
+            Kind::Prime(inner) => self.moves(inner),
+            Kind::Sum(inner) => self.sum_moves(inner),
+            Kind::Call(name, _, args) if name != "under" && name != "ball" => {
+                args.iter().any(|a| self.sum_moves(a))
+            }
+            _ => self.scope.atom_moves(atom),
+        }
+    }
+
+    fn sum_moves(&self, sum: &Sum) -> bool {
+        let of = |p: &Product| {
+            p.scalars.iter().any(|(a, _)| self.moves(a)) || p.tensors.iter().any(|a| self.moves(a))
+        };
+        sum.0.iter().any(of)
+    }
+
+    fn sum(&mut self, value: &Sum) -> Option<Sum> {
+        let mut all = Sum::ZERO;
+        for p in &value.0 {
+            for (k, (atom, power)) in p.scalars.iter().enumerate() {
+                if !self.moves(atom) {
+                    continue;
+                }
+                let mut rest = p.clone();
+                rest.number = rest.number.mul(*power)?;
+                rest.scalars[k].1 = power.add(Ratio::int(-1))?;
+                if rest.scalars[k].1.is_zero() {
+                    rest.scalars.remove(k);
+                }
+                let own = self.atom(atom)?;
+                // A tensor stays behind the scalars.
+                all = all.plus(&Sum(vec![rest]).times(&own)?)?;
+            }
+            for (k, atom) in p.tensors.iter().enumerate() {
+                if self.moves(atom) {
+                    let own = self.atom(atom)?;
+                    let part = |tensors: &[Atom], number, scalars: &[(Atom, Ratio)]| {
+                        Sum(vec![Product {
+                            number,
+                            scalars: scalars.to_vec(),
+                            tensors: tensors.to_vec(),
+                        }])
+                    };
+                    let before = part(&p.tensors[..k], p.number, &p.scalars);
+                    let behind = part(&p.tensors[k + 1..], Ratio::ONE, &[]);
+                    all = all.plus(&before.times(&own)?.times(&behind)?)?;
+                }
+            }
+        }
+        Some(all)
+    }
+
+    fn atom(&mut self, atom: &Atom) -> Option<Sum> {
+        match &atom.kind {
+            Kind::Name(name) => self.name(name, atom),
+            Kind::Prime(inner) => {
+                let own = self.atom(inner)?;
+                self.scope.primed(&own)
+            }
+            Kind::Sum(inner) => self.sum(inner),
+            Kind::Component(inner, axes) => {
+                let own = self.sum(inner)?;
+                Some(scalar(Kind::Component(own, axes.clone()), atom.home))
+            }
+            Kind::Vector(parts) => {
+                let parts = parts.iter().map(|p| self.sum(p)).collect::<Option<_>>()?;
+                Some(vector(parts))
+            }
+            Kind::Power(a, b) => {
+                (!self.sum_moves(b)).then_some(())?;
+                let less = Kind::Power(a.clone(), b.minus(&Sum::int(1))?);
+                self.sum(a)?.times(b)?.times(&scalar(less, atom.home))
+            }
+            Kind::Call(name, family, args) => self.call(name, family.as_deref(), args, atom),
+            _ => None,
+        }
+    }
+
+    fn name(&mut self, name: &str, atom: &Atom) -> Option<Sum> {
+        let scope = self.scope;
+        let named = self.named.iter().any(|l| l.name == *name);
+        if named || scope.is_own(name) {
+            return Some(self.need(name, atom.shape, atom.home));
+        }
+        if scope.is_prelude(name) {
+            let extension = |own: &mut Self| own.need("e", Shape::Scalar, Home::Bond);
+            match name {
+                "eta" | "Y" => return Some(scope.bond("d_eta", Shape::Vector)),
+                "e" | "y" => return Some(extension(self)),
+                "s" => return extension(self).over(&scope.bond("x", Shape::Scalar)),
+                "M" => return Some(self.need("M", Shape::Vector, Home::Bond)),
+                _ => {}
+            }
+        }
+        let value = scope.read(&scope.written(name)?.expr)?;
+        self.sum(&value)
+    }
+
+    fn call(&mut self, name: &str, family: Option<&str>, args: &[Sum], atom: &Atom) -> Option<Sum> {
+        let a = args.first()?;
+        let own = || atom.clone().sum();
+        let call = |name: &str| Atom::call(name, vec![a.clone()], Shape::Scalar).sum();
+        match (name, args) {
+            ("sum" | "sum0", [a]) => summed(name, family, &self.sum(a)?),
+            ("dot", [a, b]) => {
+                let (da, db) = (self.sum(a)?, self.sum(b)?);
+                dot(&da, b)?.plus(&dot(a, &db)?)
+            }
+            ("outer", [a, b]) => {
+                let (da, db) = (self.sum(a)?, self.sum(b)?);
+                outer(&da, b)?.plus(&outer(a, &db)?)
+            }
+            ("tr", _) => self.sum(a)?.mapped("tr", Shape::Scalar),
+            ("sym", _) => self.sum(a)?.mapped("sym", Shape::Symmetric),
+            ("dev", _) => self.sum(a)?.mapped("dev", atom.shape),
+            ("transpose", _) => self.sum(a)?.transposed(),
+            ("inverse", _) => {
+                let change = self.sum(a)?;
+                own().times(&change)?.times(&own())?.scaled(Ratio::int(-1))
+            }
+            ("det", _) => {
+                let inverse = Atom::call("inverse", vec![a.clone()], a.shape()).sum();
+                let change = self.sum(a)?;
+                own().times(&inverse.times(&change)?.mapped("tr", Shape::Scalar)?)
+            }
+            ("norm", _) => dot(a, &self.sum(a)?)?.over(&own()),
+            ("sqrt", _) => self.sum(a)?.over(&own().scaled(Ratio::int(2))?),
+            ("exp", _) => self.sum(a)?.times(&own()),
+            ("ln", _) => self.sum(a)?.over(a),
+            ("sin", _) => self.sum(a)?.times(&call("cos")),
+            ("cos", _) => self.sum(a)?.times(&call("sin").scaled(Ratio::int(-1))?),
+            ("tan", _) => self.sum(a)?.over(&call("cos").power(Ratio::int(2))?),
+            ("abs", _) => {
+                let negative =
+                    boolean(Kind::Compare(CompareOp::Lt, a.clone(), Sum::ZERO), a.home());
+                let sign = select(&negative, Sum::int(-1), Sum::int(1));
+                self.sum(a)?.times(&sign)
+            }
+            ("min" | "max", [a, b]) => {
+                let op = if name == "min" {
+                    CompareOp::Le
+                } else {
+                    CompareOp::Ge
+                };
+                let first = boolean(Kind::Compare(op, a.clone(), b.clone()), atom.home);
+                Some(select(&first, self.sum(a)?, self.sum(b)?))
+            }
+            ("select", [c, a, b]) => Some(select(c, self.sum(a)?, self.sum(b)?)),
+            _ => None,
+        }
+    }
+}

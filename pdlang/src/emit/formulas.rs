@@ -1,0 +1,68 @@
+//! The parts of a law's page that nobody wrote: its force and its tangent.
+
+use super::derived::{Derived, Formula};
+use super::latex::Notation;
+use super::render::Part;
+use crate::ast::{Item, Model, ResponseKind};
+
+pub(super) fn parts(derived: Option<&Derived>, model: &Model, notation: &Notation) -> Vec<Part> {
+    let Some(derived) = derived else {
+        let given =
+            |item: &Item| matches!(item, Item::Response(r) if r.kind == ResponseKind::Force);
+        let rates = |item: &Item| matches!(item, Item::Response(r) if r.kind != ResponseKind::Rate);
+        // A force that the law writes itself stands among its definitions; a law of fields has none.
+        return match model.items.iter().any(given) || !model.items.iter().any(rates) {
+            true => vec![],
+            false => vec![
+                heading("Force and tangent"),
+                Part::Text(
+                    "The compiler derives both; a function whose slope has no formula on this page keeps them from standing here. \
+                     `pdlang emit --stage passes` shows them as they are computed."
+                        .into(),
+                ),
+            ],
+        };
+    };
+    let energy = model
+        .items
+        .iter()
+        .any(|item| matches!(item, Item::Response(r) if r.kind == ResponseKind::Energy));
+    let words = match energy {
+        true => {
+            "Derived from the energy: nobody wrote it. A slope by a quantity of a bond is per volume of both of its ends; a node \
+             feels what its bonds pull, less what they pull at their other ends."
+        }
+        false => "From the bond forces of the law.",
+    };
+    let mut parts = vec![heading("The force"), Part::Text(words.into())];
+    parts.extend(derived.force.iter().map(|f| equation(f, notation)));
+    let (force, change) = match notation.plain {
+        true => ("force".to_string(), "d_force".to_string()),
+        false => ("\\mathbf{f}".into(), "\\mathrm{d}\\mathbf{f}".into()),
+    };
+    let equation_of = |left: &str, right| {
+        Part::Equation(String::new(), format!("{left} = {}", notation.expr(right)))
+    };
+    parts.push(equation_of(&force, &derived.total));
+    parts.push(heading("The tangent"));
+    let eta = notation.name("eta");
+    let small = match notation.plain {
+        true => "d_eta".to_string(),
+        false => format!("\\mathrm{{d}}{eta}"),
+    };
+    parts.push(Part::Text(format!(
+        "What a small change ${small}$ of the relative displacements changes, fields and what is remembered held fast."
+    )));
+    parts.extend(derived.tangent.iter().map(|f| equation(f, notation)));
+    parts.push(equation_of(&change, &derived.change));
+    parts
+}
+
+fn heading(words: &str) -> Part {
+    Part::Heading(words.into())
+}
+
+fn equation(f: &Formula, notation: &Notation) -> Part {
+    let formula = format!("{} = {}", notation.name(&f.name), notation.expr(&f.value));
+    Part::Equation(String::new(), formula)
+}
