@@ -33,7 +33,14 @@ impl Language for Pdlang {
         expected: Expected,
     ) -> Result<Compiled, Vec<Complaint>> {
         if let Ok(number) = quantity::parse(text) {
-            return literal(text, &number, expected);
+            let read = literal(text, &number, expected);
+            // `1 um*t` grows with the time, where a micrometre times a tonne is not what is wanted.
+            return match mentions(text, variables)
+                && (expected == Expected::Scalar || read.is_err())
+            {
+                true => strict(text, variables, expected).or(read),
+                false => read,
+            };
         }
         strict(text, variables, expected).or_else(|problems| {
             plain(text, variables, expected).ok_or_else(|| complaints(text, &problems))
@@ -127,6 +134,14 @@ pub(crate) fn influence(
         .map(|c| (c.name.as_str(), c.value, of(c.unit)))
         .collect();
     front::influence_call(text, &constants)
+}
+
+/// Whether a word of a text is the name of a variable.
+fn mentions(text: &str, variables: &[Variable]) -> bool {
+    let words = text.split(|c: char| !(c.is_alphanumeric() || c == '_'));
+    words
+        .into_iter()
+        .any(|word| variables.iter().any(|v| v.name == word))
 }
 
 /// A number with or without a unit; without one it is in SI.

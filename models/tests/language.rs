@@ -54,6 +54,21 @@ fn quantities_are_converted_and_checked() {
     );
 }
 
+/// `A` is a length here, and an ampere elsewhere.
+#[test]
+fn a_unit_with_the_name_of_a_variable_is_what_fits() {
+    let area = Expected::Unit([4, 0, 0, 0, 0, 0, 0]);
+    let vars = |tape: Tape| tape.ops.iter().any(|op| matches!(op, Op::Var(_)));
+    assert!(vars(compile("2 mm*A", area).expect("an area")));
+    assert!(vars(compile("2 mm*A", Expected::Scalar).expect("an area")));
+    let current = Expected::Unit([2, 0, 0, 2, 0, 0, 0]);
+    assert!(!vars(
+        compile("2 mm*A", current).expect("a length times a current")
+    ));
+    let wrong = compile("2 mm*A", Expected::Unit(VELOCITY)).expect_err("no speed");
+    assert!(wrong.contains("expected m/s"), "{wrong}");
+}
+
 #[test]
 fn expressions_are_checked_with_units_or_are_plain_numbers() {
     let length = Expected::Unit(LENGTH);

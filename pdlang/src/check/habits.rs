@@ -13,14 +13,27 @@ pub(crate) fn token(line: &str, rest: &str) -> Option<String> {
     if let Some(remedy) = printed(first) {
         return Some(remedy);
     }
-    // What was read as a name, and is none; or begins no definition.
+    // What was read as a name, and is none; or begins no definition. A law may call a value `output`: such words are
+    // those of another language only where a definition could begin.
     let begun = rest
         .split(|c: char| !(c.is_alphanumeric() || c == '_'))
-        .next();
-    if let Some(remedy) = [Some(word), begun].into_iter().flatten().find_map(keyword) {
+        .next()
+        .unwrap_or_default();
+    let at_start = |head: &str| {
+        let head = head.trim_end();
+        head.is_empty() || head.ends_with(['{', '}', '"', ')', ']'])
+    };
+    let statements = [
+        (word, at_start(&before[..before.len() - word.len()])),
+        (begun, at_start(before)),
+    ];
+    let meant =
+        |(word, first): (&str, bool)| keyword(word).or_else(|| statement(word).filter(|_| first));
+    if let Some(remedy) = statements.into_iter().find_map(meant) {
         return says(remedy);
     }
     match first {
+        '+' if starts("+-") => says(TOLERANCE),
         '*' if adjacent && before.ends_with('*') => says("a power is written `^`: `a^2`"),
         '/' if starts("/*") => says(COMMENTS),
         '*' if adjacent && before.ends_with('/') => says(COMMENTS),
@@ -61,10 +74,18 @@ pub(crate) fn token(line: &str, rest: &str) -> Option<String> {
     }
 }
 
-/// Words of other languages.
+/// Words that name nothing in any language.
 fn keyword(word: &str) -> Option<&'static str> {
     Some(match word {
         "if" | "elif" | "else" | "while" => "a choice is written `select(condition, a, b)`",
+        "def" | "return" => statement(word)?,
+        _ => return None,
+    })
+}
+
+/// Words that begin a statement of another language.
+fn statement(word: &str) -> Option<&'static str> {
+    Some(match word {
         "do" | "loop" => "there are no loops: `sum(..)` runs over the family",
         "def" | "function" | "lambda" => "a function is written `fn f(a) = ..`, outside of models",
         "return" | "print" | "output" | "import" => {
@@ -74,6 +95,7 @@ fn keyword(word: &str) -> Option<&'static str> {
     })
 }
 
+const TOLERANCE: &str = "a tolerance is written `within`: `expect q = 0.3 within 0.1`; a number less than zero `(-0.1)`";
 const COMMENTS: &str = "a comment begins with `#` or `//` and ends with its line";
 
 /// Letters of printed formulas.
@@ -83,6 +105,7 @@ fn printed(letter: char) -> Option<String> {
         '×' | '⋅' | '∙' => "*",
         '÷' => "/",
         '√' => "sqrt(..)",
+        '±' => return Some(TOLERANCE.into()),
         '½' => "1/2",
         '¼' => "1/4",
         '¾' => "3/4",
@@ -193,10 +216,25 @@ mod tests {
         first.help.clone().unwrap_or_default()
     }
 
+    /// A name is a name, whatever other languages call so.
+    #[test]
+    fn a_value_may_have_a_name_of_another_language() {
+        for name in ["output", "function", "loop", "lambda"] {
+            let text = format!("let {name} = 2\n let b = {name} 3*K");
+            assert!(!help(&text).contains("outputs are chosen"), "{name}");
+            assert!(!help(&text).contains("outside of models"), "{name}");
+            assert!(!help(&text).contains("no loops"), "{name}");
+        }
+        assert!(help("print K").contains("outputs are chosen"));
+        assert!(help("loop K").contains("no loops"));
+    }
+
     #[test]
     fn every_habit_is_answered() {
         for (text, remedy) in [
             ("let a = 2**3", "`^`"),
+            ("let a = 0.3 +- 0.1", "`within`"),
+            ("let a = 0.3 ± 0.1", "`within`"),
             ("let a = 2;", "without `;`"),
             ("let a = 0,5", "decimal sign"),
             ("let a = .5*K", "`0.5`"),

@@ -8,6 +8,7 @@ pub(crate) mod annotations; // PD016: a declared shape or unit is not what stand
 pub(crate) mod arity; // PD006: arguments that do not fit a function
 pub(crate) mod balls; // PD022: `ball` of something that is no constant of the horizon
 pub(crate) mod bounds; // PD033: an interval that is empty, a default outside of it
+pub(crate) mod breaks; // PD044, PD106: bonds that break by something that is not theirs
 pub(crate) mod citations; // PD031: no paper, or no equation number
 pub(crate) mod components; // PD008: components that a value does not have
 pub(crate) mod cycles; // PD005: definitions that need themselves

@@ -20,7 +20,10 @@ fn listed(names: &[impl AsRef<str>]) -> String {
 fn unknown(what: &str, name: &Name, known: &[String]) -> Diagnostic {
     let finding = error(format!("there is no {what} `{}`", name.text))
         .at(name.span, format!("unknown {what}"));
-    match suggest::question(&name.text, known) {
+    // As scenes call it.
+    let other = (name.text == "cross_section" && known.iter().any(|k| k == "area"))
+        .then(|| "did you mean `area`?".to_string());
+    match other.or_else(|| suggest::question(&name.text, known)) {
         Some(question) => finding.help(question),
         None if known.is_empty() => finding,
         None => finding.help(format!("here, there is {}", listed(known))),
@@ -109,6 +112,16 @@ pub(crate) fn place(name: &Name, home: &str, example: &str) -> Diagnostic {
     error(format!("`{}` lives {home}", name.text))
         .at(name.span, "")
         .help(format!("`expect {}{example} = ..`", name.text))
+}
+
+/// On a lattice there is one node, and none of its bonds has a name.
+pub(crate) fn bonds_without_names(name: &Name) -> Diagnostic {
+    error(format!("`{}` lives on a bond, and the bonds of a lattice have no names", name.text))
+        .at(name.span, "which bond?")
+        .help(format!(
+            "expect what the law sums over them, or give the probe two nodes: `node a = .., V = .. node b = .., V = .. expect {}(a, b) = ..`",
+            name.text
+        ))
 }
 
 pub(crate) fn nothing_expected(probe: &Name) -> Diagnostic {
@@ -239,7 +252,7 @@ mod tests {
         wrong(SET, &expect("expect W(a) = 1"), "PD034", "1");
         wrong(SET, &expect("expect s(a) = 1"), "PD060", "s");
         wrong(SET, &expect("expect rate T(a) = 1"), "PD060", "T");
-        wrong(SET, &expect("expect force(a) = 0"), "PD060", "0");
+        wrong(SET, &expect("expect force(a) = 1"), "PD060", "1");
         wrong(SET, &expect("expect W(a) = sum(1)"), "PD002", "sum");
         wrong(
             SET,
@@ -248,6 +261,61 @@ mod tests {
             "1 mm",
         );
         wrong(SET, &expect("expect W(a) = 1 Pa within -1"), "PD060", "-1");
+    }
+
+    fn findings(set: &str, lines: &str) -> Vec<(&'static str, String)> {
+        let text = format!("probe p in plane_strain where {set} {{ {lines} }}");
+        crate::check::tests::found(&crate::check::tests::law(&text))
+    }
+
+    #[test]
+    fn every_error_of_a_probe_is_told_once() {
+        let found = findings(
+            "K = -1 GPa, delta = -2 mm",
+            "node a = (0, 0, 0), V = 1 mm^3, w = 1
+             node b = (1 mm, 0), V = 0
+             expect Q(a) = 1  expect s(a, c) = 0  expect W(a) = 1",
+        );
+        let tokens: Vec<&str> = found.iter().map(|(_, token)| token.as_str()).collect();
+        assert_eq!(
+            tokens,
+            ["-1 GPa", "-2 mm", "(0, 0, 0)", "w", "0", "Q", "c", "1"]
+        );
+        // What only follows from another error is not told.
+        let found = findings("K = 1 mm, delta = 2 mm", &format!("{TWO} expect W(a) = K"));
+        assert_eq!(found, [("PD034", "1 mm".to_string())]);
+    }
+
+    #[test]
+    fn one_number_may_stand_for_all_components() {
+        let probe = |dim, lines: &str| {
+            format!("probe p in {dim} where K = 1 GPa, delta = 2 mm {{ {lines} }}")
+        };
+        for dim in ["slab", "plane_strain", "3d"] {
+            accept(&probe(
+                dim,
+                "lattice 1 mm, H = 0.01*I expect force = 0 within 1",
+            ));
+            accept(&probe(
+                dim,
+                "lattice 1 mm, H = -I/100 expect force = 0 within 1",
+            ));
+        }
+        let text = probe("3d", "lattice 1 mm, H = 0.01 expect force = 0 within 1");
+        refuse(&text, "PD060", "0.01");
+        let text = probe("3d", "lattice 1 mm, H = 0 expect force = I within 1");
+        refuse(&text, "PD060", "I");
+    }
+
+    #[test]
+    fn a_bond_of_a_lattice_is_answered_with_two_nodes() {
+        let text =
+            "probe p in 3d where K = 1 GPa, delta = 2 mm { lattice 1 mm expect s(a, b) = 0 }";
+        let found = crate::front::file(&crate::check::tests::law(text)).diagnostics;
+        let errors: Vec<_> = found.iter().filter(|d| d.is_error()).collect();
+        let help = errors[0].help.clone().unwrap_or_default();
+        assert!(help.contains("two nodes"), "{help}");
+        assert_eq!(errors.len(), 1, "{errors:?}");
     }
 
     #[test]

@@ -5,7 +5,7 @@ use crate::span::Span;
 
 const CODE: &str = "PD015";
 
-/// What the law answers, in words, with the unit found and the unit expected.
+/// What the law answers, in words, with the unit found, the unit expected and what the one lacks to be the other.
 pub(crate) fn wrong(
     what: &str,
     span: Span,
@@ -15,7 +15,7 @@ pub(crate) fn wrong(
 ) -> Diagnostic {
     Diagnostic::error(CODE, format!("{what} has the wrong unit"))
         .at(span, format!("found {found}, expected {expected}"))
-        .help(format!("it is off by a factor of unit {factor}"))
+        .help(format!("what is missing is a factor of unit {factor}"))
 }
 
 /// All is right but for the influence function, whose scale a scene may choose.
@@ -47,6 +47,17 @@ mod tests {
             "history p : length on bond \"p\" update p = s",
             "PD015",
             "s",
+        );
+    }
+
+    #[test]
+    fn the_factor_is_what_is_missing() {
+        let text = bare("param K : pressure \"K\" energy W = K*sum(s^2)");
+        let help = crate::front::file(&text).diagnostics[0].help.clone();
+        // A sum over volumes too much.
+        assert_eq!(
+            help.as_deref(),
+            Some("what is missing is a factor of unit m^-3")
         );
     }
 

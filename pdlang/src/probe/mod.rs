@@ -67,6 +67,20 @@ pub struct Node {
     pub fields: Vec<(FieldId, Vec<f64>)>,
 }
 
+impl Node {
+    /// At the origin, at rest, without a volume.
+    pub(crate) fn named(name: &str) -> Node {
+        Node {
+            name: name.into(),
+            position: [0.0; 3],
+            volume: 0.0,
+            u: [0.0; 3],
+            v: [0.0; 3],
+            fields: Vec::new(),
+        }
+    }
+}
+
 /// What is known of one quantity.
 #[derive(Clone, Debug)]
 pub struct Expectation {

@@ -227,7 +227,7 @@ impl Elaborator<'_> {
         let (found, expected, factor) = (
             self.describe(&found),
             self.describe(expected),
-            self.describe(&factor),
+            self.describe(&factor.inverse()),
         );
         self.wrong(check::unit_of_response::wrong(
             what, span, &found, &expected, &factor,
@@ -259,6 +259,17 @@ impl Elaborator<'_> {
         let family = self.family(written.family.as_ref());
         let when = self.elaborate(&written.when)?;
         self.boolean(when, "break when")?;
+        match self.expr(when).home {
+            Home::Constant => {
+                let mut mentioned = Vec::new();
+                crate::resolve::walk::mentioned(&written.when, &mut mentioned);
+                let hides = |name: &&String| self.library.prelude.definitions.contains_key(*name);
+                let hidden = mentioned.iter().find(hides).map(String::as_str);
+                return self.wrong(check::breaks::constant(written.when.span, hidden));
+            }
+            Home::Node => self.report.push(check::breaks::of_node(written.when.span)),
+            Home::Bond => {}
+        }
         Some(ir::Break {
             family: family?,
             when,

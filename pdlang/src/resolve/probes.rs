@@ -4,13 +4,13 @@
 //! that what is expected may use parameters, `delta`, `dim` and what a `let` of the probe has named, but
 //! nothing that the law computes.
 
+mod expected;
+
 use crate::ast::{self, Components, Name, ProbeLine, Setting};
 use crate::check::{duplicates, flavours, probes as say};
 use crate::diag::Diagnostic;
-use crate::ir::{Flavour, Home, InfluenceFn, Law, Response, Shape};
-use crate::probe::{
-    Expectation, MAX_NODES, MAX_REACH, Node, Place, Probe, Quantity, TOLERANCE, Within,
-};
+use crate::ir::{BinaryOp, Flavour, InfluenceFn, Law, Shape};
+use crate::probe::{MAX_NODES, MAX_REACH, Node, Place, Probe};
 use crate::resolve::influence;
 use crate::resolve::library::Library;
 use crate::resolve::numbers::Numbers;
@@ -37,6 +37,7 @@ pub(crate) fn probe(
         energy,
         flavour,
         values: Numbers::new(library, flavour),
+        failed: false,
         report,
     };
     reader.values.add("dim", flavour.dim() as f64, Unit::NUMBER);
@@ -50,6 +51,8 @@ struct Reader<'a> {
     energy: Option<&'a str>,
     flavour: Flavour,
     values: Numbers<'a>,
+    /// Something is wrong already: what only follows from it is not told.
+    failed: bool,
     report: &'a mut Vec<Diagnostic>,
 }
 
@@ -64,14 +67,17 @@ struct Settings {
 
 impl Reader<'_> {
     fn probe(&mut self, written: &ast::Probe) -> Option<Probe> {
-        let settings = self.settings(written)?;
-        let place = self.place(written, settings.horizon)?;
+        let settings = self.settings(written);
+        self.failed = settings.is_none();
+        let horizon = settings.as_ref().map_or(1.0, |s| s.horizon);
+        let place = self.place(written, horizon)?;
         let mut expectations = Vec::new();
         for line in &written.lines {
             if let ProbeLine::Expect(expected) = line {
-                expectations.extend(self.expectation(expected, &place, settings.horizon));
+                expectations.extend(self.expectation(expected, &place, horizon));
             }
         }
+        let settings = settings?;
         let expects = |line: &ProbeLine| matches!(line, ProbeLine::Expect(_));
         if !written.lines.iter().any(expects) {
             return self.wrong(say::nothing_expected(&written.name));
@@ -104,49 +110,73 @@ impl Reader<'_> {
         let mut influences: Vec<Option<InfluenceFn>> =
             law.influences.iter().map(|i| i.default.clone()).collect();
         let (mut horizon, mut cross, mut without) = (None, 1.0, Vec::new());
+        let mut wrong: Vec<&str> = Vec::new();
         for setting in &written.settings {
             let name = &setting.name;
             if !duplicates::among(&given, name, self.report) {
-                return None;
+                wrong.push(&name.text);
+                continue;
             }
             given.push(name.clone());
-            if let Some(k) = law.params.iter().position(|p| p.name == name.text) {
-                let param = &law.params[k];
-                let value = self.scalar(&setting.value, &param.unit)?;
-                if !crate::check::bounds::contains(param.lower, param.upper, value) {
-                    return self.wrong(say::outside(name, setting.value.span));
-                }
-                params[k] = Some(value);
-                self.values.add(&name.text, value, param.unit.clone());
+            let read = if let Some(k) = law.params.iter().position(|p| p.name == name.text) {
+                params[k] = self.param(setting, &law.params[k]);
+                // Whatever rests on it has a value, so that the rest is read.
+                let value = params[k].unwrap_or(1.0);
+                self.values
+                    .add(&name.text, value, law.params[k].unit.clone());
+                params[k].map(drop)
             } else if let Some(k) = law.influences.iter().position(|i| i.name == name.text) {
-                let expr = self.one(&setting.value)?;
-                influences[k] = influence::choice(expr, self.values.library, self.report);
-                influences[k].as_ref()?;
+                let expr = self.one(&setting.value);
+                influences[k] =
+                    expr.and_then(|e| influence::choice(e, self.values.library, self.report));
+                influences[k].as_ref().map(drop)
             } else if law.weights.iter().any(|w| w.name == name.text) {
-                if self.scalar(&setting.value, &Unit::NUMBER)? != 1.0 {
-                    return self.wrong(say::not_one(name, setting.value.span));
-                }
                 without.push(name.text.clone());
+                match self.scalar(&setting.value, &Unit::NUMBER) {
+                    Some(1.0) => Some(()),
+                    Some(_) => self.wrong(say::not_one(name, setting.value.span)),
+                    None => None,
+                }
             } else {
+                let area = Unit::length().times(&Unit::length());
                 match (name.text.as_str(), self.flavour.dim()) {
                     ("delta", _) => {
-                        let value = self.positive(setting, &Unit::length())?;
-                        self.values.add("delta", value, Unit::length());
-                        horizon = Some(value);
+                        horizon = self.positive(setting, &Unit::length());
+                        self.values
+                            .add("delta", horizon.unwrap_or(1.0), Unit::length());
+                        horizon.map(drop)
                     }
-                    ("thickness", 2) => cross = self.positive(setting, &Unit::length())?,
+                    ("thickness", 2) => {
+                        let given = self.positive(setting, &Unit::length());
+                        cross = given.unwrap_or(cross);
+                        given.map(drop)
+                    }
                     ("area", 1) => {
-                        cross = self.positive(setting, &Unit::length().times(&Unit::length()))?
+                        let given = self.positive(setting, &area);
+                        cross = given.unwrap_or(cross);
+                        given.map(drop)
                     }
-                    _ => return self.wrong(say::unknown_setting(name, &self.settable())),
+                    _ => self.wrong(say::unknown_setting(name, &self.settable())),
                 }
+            };
+            if read.is_none() {
+                wrong.push(&name.text);
             }
         }
-        let settings = self.complete(written, params, influences, horizon, cross)?;
-        Some(Settings {
+        let settings = self.complete(written, params, influences, horizon, cross, &wrong)?;
+        wrong.is_empty().then_some(Settings {
             without,
             ..settings
         })
+    }
+
+    /// The value of a parameter, within its bounds.
+    fn param(&mut self, setting: &Setting, param: &crate::ir::Param) -> Option<f64> {
+        let value = self.scalar(&setting.value, &param.unit)?;
+        match crate::check::bounds::contains(param.lower, param.upper, value) {
+            true => Some(value),
+            false => self.wrong(say::outside(&setting.name, setting.value.span)),
+        }
     }
 
     fn complete(
@@ -156,21 +186,32 @@ impl Reader<'_> {
         influences: Vec<Option<InfluenceFn>>,
         horizon: Option<f64>,
         cross: f64,
+        wrong: &[&str],
     ) -> Option<Settings> {
         let law = self.law;
         let mut missing: Vec<&str> = Vec::new();
         for (param, value) in law.params.iter().zip(&params) {
-            match value {
-                None => missing.push(&param.name),
-                Some(value) => self.values.add_new(&param.name, *value, &param.unit),
+            if value.is_none() {
+                missing.push(&param.name);
             }
+            self.values
+                .add_new(&param.name, value.unwrap_or(1.0), &param.unit);
         }
         for (slot, function) in law.influences.iter().zip(&influences) {
             missing.extend(function.is_none().then_some(slot.name.as_str()));
         }
         missing.extend(horizon.is_none().then_some("delta"));
+        if horizon.is_none() {
+            self.values.add_new("delta", 1.0, &Unit::length());
+        }
+        // What was given and is wrong has been told.
+        let told = missing.iter().any(|name| wrong.contains(name));
+        missing.retain(|name| !wrong.contains(name));
         if !missing.is_empty() {
             return self.wrong(say::missing(&written.name, &missing));
+        }
+        if told {
+            return None;
         }
         let with_values = |f: InfluenceFn| {
             let values = f.params.iter().map(|p| p.default).collect::<Option<_>>()?;
@@ -225,7 +266,9 @@ impl Reader<'_> {
                     if !duplicates::among(&names, name, self.report) {
                         return None;
                     }
-                    nodes.push(self.node(name, position, settings)?);
+                    let node = self.node(name, position, settings);
+                    self.failed |= node.is_none();
+                    nodes.push(node.unwrap_or_else(|| Node::named(&name.text)));
                     names.push(name.clone());
                 }
                 ProbeLine::Lattice {
@@ -236,19 +279,26 @@ impl Reader<'_> {
                     if lattice.is_some() {
                         return self.wrong(say::two_bodies(*span));
                     }
-                    lattice = Some((self.lattice(spacing, settings, horizon)?, *span));
+                    let read = self.lattice(spacing, settings, horizon);
+                    self.failed |= read.is_none();
+                    let place = read.unwrap_or(Place::Lattice {
+                        spacing: 1.0,
+                        gradient: [[0.0; 3]; 3],
+                        fields: Vec::new(),
+                    });
+                    lattice = Some((place, *span));
                 }
                 _ => {}
             }
         }
-        let cuts = self.cuts(written, &nodes, horizon)?;
+        let cuts = self.cuts(written, &nodes, horizon);
         match (lattice, nodes.len()) {
             (None, 0) => self.wrong(say::no_body(&written.name)),
             (Some((_, span)), n) if n > 0 || !cuts.is_empty() => self.wrong(say::two_bodies(span)),
             (Some((lattice, _)), _) => Some(lattice),
             (None, n) if n > MAX_NODES => self.wrong(say::too_large(&written.name, MAX_NODES)),
             (None, _) => {
-                if let Some((a, b)) = coinciding(&nodes) {
+                if let Some((a, b)) = coinciding(&nodes).filter(|_| !self.failed) {
                     return self.wrong(say::coincide(&names[a], &names[b]));
                 }
                 Some(Place::Nodes(nodes, cuts))
@@ -257,26 +307,39 @@ impl Reader<'_> {
     }
 
     fn node(&mut self, name: &Name, position: &Components, settings: &[Setting]) -> Option<Node> {
+        let at = self.vector(position, &Unit::length());
+        let mut right = at.is_some();
         let mut node = Node {
-            name: name.text.clone(),
-            position: self.vector(position, &Unit::length())?,
-            volume: 0.0,
-            u: [0.0; 3],
-            v: [0.0; 3],
-            fields: Vec::new(),
+            position: at.unwrap_or_default(),
+            ..Node::named(&name.text)
         };
+        let mut volume = false;
         for setting in settings {
-            match setting.name.text.as_str() {
-                "V" => node.volume = self.positive(setting, &Unit::volume())?,
-                "u" => node.u = self.vector(&setting.value, &Unit::length())?,
-                "v" => node.v = self.vector(&setting.value, &Unit::velocity())?,
-                _ => node.fields.push(self.field(setting, &["V", "u", "v"])?),
-            }
+            let read = match setting.name.text.as_str() {
+                "V" => {
+                    volume = true;
+                    let given = self.positive(setting, &Unit::volume());
+                    given.map(|v| node.volume = v)
+                }
+                "u" => {
+                    let given = self.vector(&setting.value, &Unit::length());
+                    given.map(|u| node.u = u)
+                }
+                "v" => {
+                    let given = self.vector(&setting.value, &Unit::velocity());
+                    given.map(|v| node.v = v)
+                }
+                _ => {
+                    let given = self.field(setting, &["V", "u", "v"]);
+                    given.map(|field| node.fields.push(field))
+                }
+            };
+            right &= read.is_some();
         }
-        match node.volume > 0.0 {
-            true => Some(node),
-            false => self.wrong(say::no_volume(name)),
+        if !volume {
+            return self.wrong(say::no_volume(name));
         }
+        right.then_some(node)
     }
 
     fn lattice(
@@ -286,20 +349,25 @@ impl Reader<'_> {
         horizon: f64,
     ) -> Option<Place> {
         let place = spacing.span;
-        let spacing = self.values.of_unit(spacing, &Unit::length(), self.report)?;
+        let spacing = self.values.of_unit(spacing, &Unit::length(), self.report);
         let (mut gradient, mut fields) = ([[0.0; 3]; 3], Vec::new());
+        let mut right = true;
         for setting in settings {
-            match setting.name.text.as_str() {
+            let read = match setting.name.text.as_str() {
                 "H" => {
-                    let values = self.shaped(&setting.value, Shape::Tensor, &Unit::NUMBER)?;
-                    for (k, value) in values.iter().enumerate() {
+                    let values = self.shaped(&setting.value, Shape::Tensor, &Unit::NUMBER);
+                    for (k, value) in values.iter().flatten().enumerate() {
                         gradient[k / self.flavour.dim()][k % self.flavour.dim()] = *value;
                     }
+                    values.map(drop)
                 }
-                _ => fields.push(self.field(setting, &["H"])?),
-            }
+                _ => self.field(setting, &["H"]).map(|field| fields.push(field)),
+            };
+            right &= read.is_some();
         }
-        if !(spacing > 0.0 && horizon >= spacing && horizon <= MAX_REACH * spacing) {
+        let spacing = spacing.filter(|_| right)?;
+        let fits = spacing > 0.0 && horizon >= spacing && horizon <= MAX_REACH * spacing;
+        if !fits && !self.failed {
             return self.wrong(say::reach(place, MAX_REACH));
         }
         Some(Place::Lattice {
@@ -325,24 +393,20 @@ impl Reader<'_> {
         Some((crate::ir::FieldId(k as u32), values))
     }
 
-    fn cuts(
-        &mut self,
-        written: &ast::Probe,
-        nodes: &[Node],
-        horizon: f64,
-    ) -> Option<Vec<(usize, usize)>> {
+    fn cuts(&mut self, written: &ast::Probe, nodes: &[Node], horizon: f64) -> Vec<(usize, usize)> {
         let mut cuts = Vec::new();
         for line in &written.lines {
             if let ProbeLine::Cut(a, b) = line {
-                cuts.push(self.bond(a, b, nodes, horizon)?);
+                cuts.extend(self.bond(a, b, nodes, horizon));
             }
         }
-        Some(cuts)
+        cuts
     }
 
     fn bond(&mut self, a: &Name, b: &Name, nodes: &[Node], horizon: f64) -> Option<(usize, usize)> {
         let (from, to) = (self.number_of(a, nodes)?, self.number_of(b, nodes)?);
-        match from != to && crate::probe::bonded(&nodes[from], &nodes[to], horizon) {
+        let bonded = self.failed || crate::probe::bonded(&nodes[from], &nodes[to], horizon);
+        match from != to && bonded {
             true => Some((from, to)),
             false => self.wrong(say::no_bond(a, b)),
         }
@@ -355,146 +419,6 @@ impl Reader<'_> {
             self.report.push(say::unknown_node(name, &known));
         }
         found
-    }
-
-    // ---- what is expected
-
-    fn expectation(
-        &mut self,
-        written: &ast::Expectation,
-        place: &Place,
-        horizon: f64,
-    ) -> Option<Expectation> {
-        let (quantity, shape, unit) = self.quantity(written, place, horizon)?;
-        // The unit of an influence function is its own business: then any unit is right.
-        let known = unit.opaque.is_empty();
-        let value = match known {
-            true => self.shaped(&written.value, shape, &unit)?,
-            false => self.components(&written.value, shape, None)?,
-        };
-        let expects_zero = value.iter().all(|v| *v == 0.0);
-        let within = match &written.within {
-            None => Within::Relative(TOLERANCE),
-            Some(expr) => {
-                let (value, found) = self.values.number(expr, self.report)?;
-                match found.is_number() {
-                    _ if !(value.is_finite() && value >= 0.0) => {
-                        return self.wrong(say::tolerance(expr.span));
-                    }
-                    // Zero has no part of itself.
-                    true if unit.is_number() && expects_zero => Within::Absolute(value),
-                    true => Within::Relative(value),
-                    false if found == unit || !known => Within::Absolute(value),
-                    false => return self.wrong(say::tolerance(expr.span)),
-                }
-            }
-        };
-        let at: Vec<&str> = written
-            .place
-            .iter()
-            .map(|name| name.text.as_str())
-            .collect();
-        let rate = if written.rate { "rate " } else { "" };
-        let at = match at.is_empty() {
-            true => String::new(),
-            false => format!("({})", at.join(", ")),
-        };
-        Some(Expectation {
-            text: format!("{rate}{}{at}", written.name.text),
-            quantity,
-            value,
-            unit: unit.without_opaque(),
-            within,
-            span: written.value.span,
-        })
-    }
-
-    fn on_bond(
-        &mut self,
-        written: &ast::Expectation,
-        place: &Place,
-        horizon: f64,
-    ) -> Option<(usize, usize)> {
-        match (place, written.place.as_slice()) {
-            (Place::Nodes(nodes, _), [a, b]) => self.bond(a, b, nodes, horizon),
-            _ => self.wrong(say::place(
-                &written.name,
-                "on a bond between two nodes",
-                "(a, b)",
-            )),
-        }
-    }
-
-    /// The quantity that is meant, its shape and its unit.
-    fn quantity(
-        &mut self,
-        written: &ast::Expectation,
-        place: &Place,
-        horizon: f64,
-    ) -> Option<(Quantity, Shape, Unit)> {
-        let law = self.law;
-        let name = &written.name;
-        if written.rate {
-            let Some(Response::Rate(field, _)) = law.responses.iter().find(
-                |r| matches!(r, Response::Rate(f, _) if law.fields[f.index()].name == name.text),
-            ) else {
-                let known: Vec<String> = law.fields.iter().map(|f| f.name.clone()).collect();
-                return self.wrong(say::unknown_quantity(name, &known));
-            };
-            let f = &law.fields[field.index()];
-            let unit = f.unit.per(&Unit::time());
-            let node = self.at_node(written, place)?;
-            return Some((Quantity::Rate(*field, node), f.shape, unit));
-        }
-        if let Some(k) = law.defs.iter().position(|def| def.name == name.text) {
-            let (def, id) = (&law.defs[k], crate::ir::DefId(k as u32));
-            let quantity = match def.home {
-                Home::Constant if written.place.is_empty() => Quantity::Constant(id),
-                Home::Constant => return self.wrong(say::place(name, "nowhere", "")),
-                Home::Node => Quantity::AtNode(id, self.at_node(written, place)?),
-                Home::Bond => {
-                    let (from, to) = self.on_bond(written, place, horizon)?;
-                    Quantity::OnBond(id, from, to)
-                }
-            };
-            return Some((quantity, def.shape, def.unit.clone()));
-        }
-        if let Some(k) = law.weights.iter().position(|w| w.name == name.text) {
-            let (from, to) = self.on_bond(written, place, horizon)?;
-            let id = crate::ir::WeightId(k as u32);
-            return Some((Quantity::Weight(id, from, to), Shape::Scalar, Unit::NUMBER));
-        }
-        if name.text == "force" {
-            let node = self.at_node(written, place)?;
-            return Some((Quantity::Force(node), Shape::Vector, Unit::force_density()));
-        }
-        if self.energy == Some(name.text.as_str()) {
-            let node = self.at_node(written, place)?;
-            return Some((
-                Quantity::Energy(node),
-                Shape::Scalar,
-                Unit::energy_density(),
-            ));
-        }
-        // A copy that `under` made has a name that no text can write.
-        let named = law.defs.iter().map(|def| &def.name);
-        let named = named.filter(|name| !name.contains(' '));
-        let mut known: Vec<String> = named.cloned().collect();
-        known.extend(law.weights.iter().map(|w| w.name.clone()));
-        known.extend(self.energy.map(String::from));
-        known.push("force".into());
-        self.wrong(say::unknown_quantity(name, &known))
-    }
-
-    fn at_node(&mut self, written: &ast::Expectation, place: &Place) -> Option<usize> {
-        match (place, written.place.as_slice()) {
-            (Place::Lattice { .. }, []) => Some(0),
-            (Place::Nodes(nodes, _), [name]) => self.number_of(name, nodes),
-            (Place::Lattice { .. }, _) => {
-                self.wrong(say::place(&written.name, "at the node of the lattice", ""))
-            }
-            (Place::Nodes(..), _) => self.wrong(say::place(&written.name, "at a node", "(a)")),
-        }
     }
 
     // ---- numbers
@@ -544,6 +468,24 @@ impl Reader<'_> {
             Shape::Symmetric | Shape::Tensor => (dim, dim),
         };
         let fits = written.rows.len() == rows && written.rows.iter().all(|r| r.len() == columns);
+        let square = matches!(shape, Shape::Symmetric | Shape::Tensor);
+        if let [row] = written.rows.as_slice()
+            && let [one] = row.as_slice()
+            && let Some(factor) = uniform(one, square).filter(|_| square || !fits)
+        {
+            let value = match unit {
+                Some(unit) => self.values.of_unit(&factor, unit, self.report)?,
+                None => self.values.number(&factor, self.report)?.0,
+            };
+            let diagonal = |k: usize| {
+                if k / columns == k % columns {
+                    value
+                } else {
+                    0.0
+                }
+            };
+            return Some((0..rows * columns).map(diagonal).collect());
+        }
         if !fits {
             return self.wrong(say::components(written.span, shape, self.flavour));
         }
@@ -554,6 +496,29 @@ impl Reader<'_> {
                 None => Some(self.values.number(expr, self.report)?.0),
             })
             .collect()
+    }
+}
+
+/// What stands for all components: `0`, and of a tensor a number times `I`; then that number.
+fn uniform(written: &ast::Expr, square: bool) -> Option<ast::Expr> {
+    use ast::ExprKind::*;
+    let within = |kind| {
+        Some(ast::Expr {
+            kind,
+            span: written.span,
+        })
+    };
+    let boxed = |e: &ast::Expr| uniform(e, square).map(Box::new);
+    match &written.kind {
+        Number(0.0, _) => Some(written.clone()),
+        Name(name) if name == "I" && square => within(Number(1.0, None)),
+        Neg(a) => within(Neg(boxed(a)?)),
+        Binary(BinaryOp::Div, a, b) => within(Binary(BinaryOp::Div, boxed(a)?, b.clone())),
+        Binary(BinaryOp::Mul, a, b) => match boxed(a) {
+            Some(a) => within(Binary(BinaryOp::Mul, a, b.clone())),
+            None => within(Binary(BinaryOp::Mul, a.clone(), boxed(b)?)),
+        },
+        _ => None,
     }
 }
 

@@ -86,6 +86,15 @@ fn schedule(section: &Section<'_>, key: &str, usual: Schedule) -> Option<Schedul
     match &value.data {
         Data::Text(word) if word == "never" => Some(Schedule::Never),
         Data::Text(word) if word == "ends" => Some(Schedule::Ends),
+        Data::Number(0.0, _) => {
+            let problem = Problem::new(format!("`{key} = 0` is not a number of steps"))
+                .at(value.span.clone(), "every how many steps?")
+                .help(format!(
+                    "{key} = \"never\" writes nothing, {key} = \"ends\" the first and the last state, {key} = 1 every step"
+                ));
+            section.reader.complain(problem);
+            None
+        }
         Data::Number(_, true) => section.count(key, 1).map(Schedule::Steps),
         Data::List(list) => {
             let times = list.iter().map(|v| section.reader.quantity(v, TIME));

@@ -76,6 +76,7 @@ impl<'a> Section<'a> {
         let asked = self.asked.borrow().clone();
         let known: Vec<&str> = asked.iter().map(String::as_str).collect();
         let unknown = |e: &&Entry| !known.contains(&e.key.as_str());
+        let mut blamed: Vec<&'a str> = Vec::new();
         for entry in self.entries.iter().filter(unknown) {
             let near = nearest(&entry.key, &known);
             self.missing
@@ -83,19 +84,27 @@ impl<'a> Section<'a> {
                 .retain(|(key, _)| near != Some(key));
             self.reader
                 .complain(unknown_key(&self.title, entry, near, &known));
+            blamed.push(&entry.key);
         }
-        self.abandon();
+        self.absent(blamed);
     }
 
     /// Complains about missing keys only: for a section that cannot be read to its end.
     pub fn abandon(&self) {
+        self.absent(Vec::new());
+    }
+
+    /// Missing keys, each once. `blamed` are keys that have been complained about.
+    fn absent(&self, mut blamed: Vec<&'a str>) {
         let asked = self.asked.borrow();
         for (key, example) in self.missing.take() {
-            // Written otherwise: that is one problem, not two.
+            // Written otherwise: that is one problem, not two. A key is one of those that are missing, not several.
             let meant = |e: &&Entry| {
-                !asked.contains(&e.key.to_string()) && nearest(&e.key, &[&key]).is_some()
+                let free = !asked.contains(&e.key) && !blamed.contains(&e.key.as_str());
+                free && nearest(&e.key, &[&key]).is_some()
             };
             if let Some(entry) = self.entries.iter().find(meant) {
+                blamed.push(&entry.key);
                 let problem = unknown_key(&self.title, entry, Some(&key), &[]);
                 self.reader.complain(problem);
                 continue;
@@ -234,8 +243,25 @@ fn unknown_key(title: &str, entry: &Entry, near: Option<&str>, known: &[&str]) -
     }
 }
 
+/// What is also called so: in probes, in papers and in other programs.
+const ALSO: [(&str, &str); 8] = [
+    ("area", "cross_section"),
+    ("dx", "spacing"),
+    ("h", "thickness"),
+    ("delta", "horizon"),
+    ("rho", "density"),
+    ("law", "model"),
+    ("dimension", "flavour"),
+    ("t_end", "until"),
+];
+
 /// The most similar of some words, if one is similar at all.
 pub fn nearest<'w>(word: &str, words: &[&'w str]) -> Option<&'w str> {
+    let also = ALSO.iter().filter(|(other, _)| *other == word);
+    let mut called = also.filter_map(|(_, name)| words.iter().find(|w| *w == name).copied());
+    if let Some(name) = called.next() {
+        return Some(name);
+    }
     words
         .iter()
         .map(|w| (strsim::normalized_damerau_levenshtein(word, w), *w))

@@ -236,6 +236,23 @@ fn independent_problems_are_told_at_once() {
     assert!(shown.contains("did you mean `thickness`?"), "{shown}");
 }
 
+/// It is near to both of the keys that are missing, and can be one of them.
+#[test]
+fn a_misspelt_key_is_blamed_once() {
+    let text = SQUARE
+        .replace("spacing = \"1 mm\"\n", "")
+        .replace("thickness = 0.001", "spackness = 0.001");
+    let shown = parse(&text).err().expect("a bad scene");
+    assert_eq!(
+        shown.matches("unknown key `spackness`").count(),
+        1,
+        "{shown}"
+    );
+    let missing = ["[body] has no `spacing`", "[body] has no `thickness`"];
+    let told = missing.iter().filter(|m| shown.contains(**m)).count();
+    assert_eq!(told, 1, "{shown}");
+}
+
 #[test]
 fn a_part_may_have_its_own_horizon() {
     let part = "[[material.part]]\nregion = { box = { from = [0, 0], to = [1, 1] } }\nhorizon = \"2 dx\"\n[time]";

@@ -1,0 +1,14 @@
+pdlang_macros::model! {
+    model spring "Spring"
+      cite "Silling 2000, eq. 63"
+    {
+        param K : pressure > 0 "bulk modulus"
+        let c = 2*dim^2*K / ball(x)
+        family fibre = horizon where abs(xi.y) < x/1000
+        energy W = c/4 * sum[fiber](x*s^2)
+    }
+}
+
+fn main() {
+    println!("{}", spring::LAW.name);
+}
