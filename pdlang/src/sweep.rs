@@ -48,6 +48,8 @@ pub struct SweepWriter<'a> {
     bond: Builder,
     post: Builder,
     accumulators: BTreeMap<AtomId, u32>,
+    /// Quantities that this sweep stores: their slots are old while it runs.
+    writes: Vec<AtomId>,
 }
 
 fn position(list: &mut Vec<u32>, v: u32) -> u32 {
@@ -83,6 +85,7 @@ pub fn write(
         bond: Builder::default(),
         post: Builder::default(),
         accumulators: BTreeMap::new(),
+        writes: draft.writes.iter().filter_map(Poly::as_atom).collect(),
     };
     for kill in &draft.kills {
         let r = w.condition(kill);
@@ -535,7 +538,8 @@ impl SweepWriter<'_> {
         }
         let mut needed = BTreeSet::new();
         closure(self.algebra, &Poly::atom(id), &mut needed);
-        let formed_here = post && needed.iter().any(|s| self.accumulators.contains_key(s));
+        let fresh = needed.iter().any(|s| self.accumulators.contains_key(s));
+        let formed_here = post && (fresh || self.writes.contains(&id));
         // State is read where it is, also by what stores a copy of it.
         let state = matches!(self.algebra.atom(id), Atom::State(..));
         if !formed_here

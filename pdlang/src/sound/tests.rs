@@ -100,6 +100,27 @@ fn planted_in_the_data_of_waves() {
     }
 }
 
+/// What is only looked at, and reads a field, is formed in a pass of its own, and so is what is made of it there: from what
+/// the pass has just found, not from what an earlier one left.
+#[test]
+fn late_quantities_read_one_another_as_they_are() {
+    let law = "model late \"Made of one another\" cite \"This test, eq. 1\" {
+        param K : pressure > 0 \"modulus\"
+        field q : number \"coefficient\"
+        node m = sum(x^2)
+        node theta = dim*sum(x*e)/m
+        node D = theta + q
+        node W = K*D^2/2
+        state T = K*theta*x/m
+    }";
+    let (s, found) = compiled(&read(law), 2, Kinematics::General).expect("it fits");
+    assert_eq!(found, Vec::<String>::new());
+    let slot = |name: &str| s.slots.iter().position(|slot| slot.name == name);
+    let d = slot("D").expect("D") as u32;
+    assert!(s.sweeps.iter().any(|w| w.out.contains(&d)));
+    assert!(s.sweeps.iter().all(|w| !w.own.contains(&d)));
+}
+
 /// Each change of a sound law as data is found, in words that name it.
 #[test]
 fn planted_in_the_data() {
