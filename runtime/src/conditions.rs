@@ -3,6 +3,7 @@
 mod loads;
 mod matched;
 mod mirror;
+mod smoothed;
 
 pub use loads::Loads;
 use loads::loaded;
@@ -494,6 +495,7 @@ impl Conditions {
         for m in &self.matched.0 {
             self.left -= balance.kinetic(state, m.component, &m.slots);
         }
+        self.left += self.matched.smooth(state, balance);
     }
 
     /// Half of a step's work along `dt * v`, with the forces at one of its ends: what the body forces do, and

@@ -7,15 +7,19 @@
 //! chain of lattice planes for every component (`chain.rs`), and so serve any law. With as many layers as the law
 //! reaches planes far, every node that moves by its force has whole families, and so have the nodes of these.
 //!
-//! Not every order is stable: `growth.rs` decides before a run.
+//! Not every order is stable: `growth.rs` decides before a run. It sees waves along the normal. Those at an angle, along the
+//! sides and in corners have nobody to judge them, and where a law's short waves run backwards, some grow: so in two and
+//! three dimensions waves of few spacings lose their energy in a [`Strip`] of planes inside of the boundary.
 
 mod chain;
 mod coefficients;
 mod growth;
+mod strip;
 
 pub use chain::Chain;
 pub use coefficients::{Coefficients, Rule, Steps, root_series};
 pub use growth::{Growth, growth};
+pub use strip::Strip;
 
 use crate::body::Body;
 use crate::engine::{Law, Settings};
@@ -75,6 +79,8 @@ pub struct Matching {
     pub layers: Option<usize>,
     pub rule: Rule,
     pub waves: Match,
+    /// Planes of the [`Strip`]; `None`: in two and three dimensions twice as many as the law looks far, in one none.
+    pub smooth: Option<usize>,
     /// Whether an order that grows is run nevertheless.
     pub unstable: bool,
 }
@@ -89,6 +95,7 @@ pub struct Face {
     pub rule: Rule,
     /// One per component of the displacement.
     pub components: Vec<Waves>,
+    pub strip: Strip,
     /// Material of the side.
     pub material: usize,
 }
@@ -107,6 +114,9 @@ impl std::fmt::Display for Face {
             self.side.name(),
             self.layers
         )?;
+        if self.strip.planes > 0 {
+            write!(f, ", short waves damped in {} more", self.strip.planes)?;
+        }
         if let Some(normal) = self.components.get(self.side.axis) {
             if self.layers < normal.chain.looks {
                 let looks = normal.chain.looks;
@@ -151,7 +161,21 @@ impl Face {
     /// Whether a node is in its layers.
     pub(crate) fn holds(&self, node: usize, body: &Body) -> bool {
         let cell = body.grid.as_ref().map(|g| g.cell[node]);
-        cell.is_some_and(|c| (c[self.side.axis].abs_diff(self.end) as usize) < self.layers)
+        cell.is_some_and(|c| self.depth(c) < self.layers)
+    }
+
+    /// Of a cell, in planes.
+    fn depth(&self, cell: [u32; 3]) -> usize {
+        cell[self.side.axis].abs_diff(self.end) as usize
+    }
+
+    /// How much a node exchanges with its neighbours in a step of `dt`, over the most.
+    pub(crate) fn share(&self, cell: [u32; 3]) -> f64 {
+        match self.depth(cell).checked_sub(self.layers) {
+            None if self.strip.planes > 0 => 1.0,
+            None => 0.0,
+            Some(inside) => self.strip.share(inside),
+        }
     }
 }
 
@@ -266,13 +290,16 @@ fn face(
         ));
     }
     let layers = matching.layers.unwrap_or(looks);
-    one_material(side, (end, layers.saturating_add(looks)), body)?;
+    let usual = if dim > 1 { 2 * looks } else { 0 };
+    let planes = matching.smooth.unwrap_or(usual);
+    let strip = Strip::new(planes, dim, &chains[side.axis]);
+    one_material(side, (end, layers.saturating_add(looks.max(planes))), body)?;
     let same = known.iter().find(|k| (k.0, k.1) == (side.axis, material));
     let components = match same {
         Some((_, _, components)) => components.clone(),
         None => {
             let components = (0..dim)
-                .map(|a| waves(matching, side, a, &chains))
+                .map(|a| waves(matching, side, a, &chains, &strip))
                 .collect::<Result<Vec<Waves>, InputError>>()?;
             known.push((side.axis, material, components.clone()));
             components
@@ -284,6 +311,7 @@ fn face(
         layers,
         rule: matching.rule,
         components,
+        strip,
         material,
     })
 }
@@ -294,6 +322,7 @@ fn waves(
     side: Side,
     component: usize,
     chains: &[Chain],
+    strip: &Strip,
 ) -> Result<Waves, InputError> {
     let (normal, chain) = (side.axis, &chains[component]);
     // The first direction across the normal stands for all.
@@ -314,8 +343,9 @@ fn waves(
     let named = ["x", "y", "z"][component];
     let why = |what: &str| {
         let others = |n: &usize| *n != matching.order;
-        let holds =
-            |n: &usize| of(*n).is_some_and(|c| growth(chain, &c, matching.rule).rate <= STILL);
+        let holds = |n: &usize| {
+            of(*n).is_some_and(|c| growth(chain, &c, matching.rule, strip).rate <= STILL)
+        };
         let largest = (1..=MOST).rev().filter(others).find(holds);
         InputError::new(
             format!(
@@ -341,7 +371,7 @@ fn waves(
             },
         );
     };
-    let growth = growth(chain, &conditions, matching.rule);
+    let growth = growth(chain, &conditions, matching.rule, strip);
     if growth.rate > STILL && !matching.unstable {
         return Err(why(&growth.sentence(chain, &conditions)));
     }

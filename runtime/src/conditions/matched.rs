@@ -1,6 +1,7 @@
 //! Nodes of matching boundaries: every component follows its neighbours inwards, from the interior outwards.
 
-use super::Driver;
+use super::smoothed::Smoothed;
+use super::{Balance, Driver};
 use crate::body::Body;
 use crate::engine::{Engine, State};
 use crate::error::InputError;
@@ -94,9 +95,8 @@ impl Matched {
     }
 }
 
-/// All nodes of all sides, in the order in which they are stepped.
-#[derive(Default)]
-pub(super) struct Boundaries(pub Vec<Matched>);
+/// All nodes of all sides, in the order in which they are stepped, and the strips inside of them.
+pub(super) struct Boundaries(pub Vec<Matched>, Vec<Smoothed>);
 
 impl Boundaries {
     /// Finds the nodes. Where the motion is prescribed, that holds.
@@ -165,7 +165,8 @@ impl Boundaries {
                 list.push(matched);
             }
         }
-        Ok(Boundaries(list))
+        let strips = Smoothed::of(faces, body, engine, driven);
+        Ok(Boundaries(list, strips))
     }
 
     pub fn before_drift(&mut self, state: &State, dt: f64) {
@@ -193,6 +194,12 @@ impl Boundaries {
     pub fn before_kick(&mut self, state: &State, dt: f64) {
         self.0.iter_mut().for_each(|m| m.recall(state, dt));
         self.hold(state);
+    }
+
+    /// Damps short waves inside of the boundaries, at the end of a step. Returns the energy that they lose [J].
+    pub fn smooth(&mut self, state: &mut State, balance: &Balance) -> f64 {
+        let strips = self.1.iter_mut();
+        strips.map(|strip| strip.exchange(state, balance)).sum()
     }
 
     /// Velocities that no kick is to change.

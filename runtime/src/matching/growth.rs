@@ -7,6 +7,7 @@
 
 use super::chain::Chain;
 use super::coefficients::{Coefficients, Rule, Steps};
+use super::strip::Strip;
 
 /// Planes between the boundaries, at least.
 const PLANES: usize = 40;
@@ -44,11 +45,11 @@ impl Growth {
 }
 
 /// The growth of the closed bar.
-pub fn growth(chain: &Chain, conditions: &[Coefficients], rule: Rule) -> Growth {
+pub fn growth(chain: &Chain, conditions: &[Coefficients], rule: Rule, strip: &Strip) -> Growth {
     let planes = PLANES.max(4 * chain.reach());
-    let rate = of_bar(chain, conditions, rule, planes);
+    let rate = of_bar(chain, conditions, (rule, strip), planes);
     let longer = if rate > super::STILL {
-        of_bar(chain, conditions, rule, 2 * planes)
+        of_bar(chain, conditions, (rule, strip), 2 * planes)
     } else {
         rate
     };
@@ -59,10 +60,16 @@ pub fn growth(chain: &Chain, conditions: &[Coefficients], rule: Rule) -> Growth 
 }
 
 /// Rate of growth over the largest frequency.
-fn of_bar(chain: &Chain, conditions: &[Coefficients], rule: Rule, planes: usize) -> f64 {
+fn of_bar(
+    chain: &Chain,
+    conditions: &[Coefficients],
+    (rule, strip): (Rule, &Strip),
+    planes: usize,
+) -> f64 {
     let dt = STEP / chain.largest();
     let bar = Bar {
         chain,
+        strip,
         steps: Steps::of(conditions, rule, dt),
         dt,
         planes,
@@ -99,6 +106,7 @@ fn of_bar(chain: &Chain, conditions: &[Coefficients], rule: Rule, planes: usize)
 /// A bar between two boundaries.
 struct Bar<'a> {
     chain: &'a Chain,
+    strip: &'a Strip,
     steps: Steps,
     dt: f64,
     /// Planes between the boundaries.
@@ -156,7 +164,32 @@ impl Bar<'_> {
             older[k] = before[of(false, k)];
             older[kept + k] = before[of(true, k)];
         }
+        self.smooth(u, &before, v);
         debug_assert_eq!(v.len(), planes);
+    }
+
+    /// Exchanges velocities of neighbouring planes, inside of either boundary and with its innermost plane.
+    fn smooth(&self, u: &[f64], before: &[f64], v: &mut [f64]) {
+        let (layers, planes) = (self.chain.reach(), self.planes);
+        if self.strip.planes == 0 {
+            return;
+        }
+        let most = self.strip.exchanged(self.dt);
+        let at = |k: usize| (u[k] - before[k]) / self.dt;
+        let whole: Vec<f64> = std::iter::once(at(layers - 1))
+            .chain(v.iter().copied())
+            .chain([at(layers + planes)])
+            .collect();
+        let share = |k: usize| match k {
+            0 => 1.0,
+            k if k > planes => 1.0,
+            k => self.strip.share((k - 1).min(planes - k)),
+        };
+        for (k, v) in v.iter_mut().enumerate() {
+            for (a, b) in [(k + 1, k), (k + 1, k + 2)] {
+                *v += most * 0.5 * (share(a) + share(b)) * (whole[b] - whole[a]);
+            }
+        }
     }
 }
 
@@ -215,7 +248,7 @@ mod tests {
 
     fn rate(chain: &Chain, n: usize) -> Growth {
         let c = Coefficients::of(&chain.series(n), n, 1.0).unwrap();
-        growth(chain, &[c], Rule::Trapezoidal)
+        growth(chain, &[c], Rule::Trapezoidal, &Strip::new(0, 1, chain))
     }
 
     #[test]
@@ -276,7 +309,8 @@ mod tests {
             let own = chain.series(1);
             let other = [own[0] * 0.6];
             let both = [&own[..], &other].map(|a| Coefficients::of(a, 1, 1.0).unwrap());
-            let found = growth(&chain, &both, Rule::Trapezoidal);
+            let none = Strip::new(0, 2, &chain);
+            let found = growth(&chain, &both, Rule::Trapezoidal, &none);
             assert!(found.rate > super::super::STILL, "{found:?}");
         }
     }

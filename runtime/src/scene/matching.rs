@@ -24,11 +24,13 @@ pub(super) fn read(section: Section<'_>, spec: &Spec) -> Option<Matching> {
     let layers = section.count("layers", 1);
     let rule = section.choice("rule", &RULES);
     let waves = section.choice("waves", &WAVES);
+    let smooth = section.count("smooth", 0);
     let unstable = section.flag("unstable");
     let given = |key: &str, read: bool| section.value(key).is_none() || read;
     let whole = given("layers", layers.is_some())
         && given("rule", rule.is_some())
         && given("waves", waves.is_some())
+        && given("smooth", smooth.is_some())
         && given("unstable", unstable.is_some());
     if spec.force.is_empty() {
         let problem = Problem::new(format!(
@@ -47,6 +49,7 @@ pub(super) fn read(section: Section<'_>, spec: &Spec) -> Option<Matching> {
         layers: layers.map(|l| l as usize),
         rule: rule.unwrap_or_default(),
         waves: waves.unwrap_or_default(),
+        smooth: smooth.map(|planes| planes as usize),
         unstable: unstable.unwrap_or(false),
     })
 }
