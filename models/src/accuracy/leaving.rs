@@ -426,8 +426,8 @@ fn three() -> Result<Vec<Measure>, String> {
         let quantity = |end: End| format!("{}: {}", wave.name(), end.name());
         let [one, layer] = [End::Matching(1), End::Layer(20, USUAL)];
         rows.push(match wave {
-            // (1 - cos a)/(1 + cos a) of the amplitude is a third.
-            Wave::Short => Measure::new(quantity(one), left(one)?, 1.0 / 9.0, Part(0.1)),
+            // (1 - cos a)/(1 + cos a) of the amplitude is a third, of which the strip takes its part.
+            Wave::Short => Measure::new(quantity(one), left(one)?, 1.0 / 9.0, AtMost),
             _ => Measure::new(quantity(one), left(one)?, far, Off(1e-3)),
         });
         rows.push(Measure::new(quantity(layer), left(layer)?, far, Off(1e-3)));

@@ -15,6 +15,9 @@ const COMPILE: &str = "name the file in pdlang_macros::include_model!(\"..\") in
 /// The same of a law for small displacements.
 const COMPILE_LINEARISED: &str = "name the file in pdlang_macros::include_model!(linearised \"..\") in a Rust program, or put it into `linearised` of models/src/registry.rs and build again";
 
+/// Share of its time that the fastest wave of a field is given, below which a word is worth it.
+const STILL: f64 = 0.01;
+
 /// Part of empty lanes that is worth a word.
 const WASTE: f64 = 0.05;
 
@@ -97,6 +100,18 @@ fn warnings(scene: &Scene, simulation: &Simulation, limit: f64) -> Vec<String> {
              leave `dt` out of [time] for a stable one",
             simulation.dt / limit
         ));
+    }
+    if let Some(stable) = &simulation.stable {
+        let lasts = simulation.steps as f64 * simulation.dt;
+        let share = stable.rate * lasts;
+        if stable.omega > 0.0 && share > 0.0 && share < STILL {
+            list.push(format!(
+                "the fields hardly change in this run: even the shortest of their waves takes {:.1e} s, {:.0e} steps of the motion, and the \
+                 run lasts {lasts:.1e} s; a law of fields alone, `heat` for instance, takes steps of its own",
+                1.0 / stable.rate,
+                1.0 / (stable.rate * simulation.dt)
+            ));
+        }
     }
     let (horizon, dx) = (scene.family.horizon.constant(), simulation.body.spacing);
     let convolved = scene.family.traversal == Traversal::Convolution;

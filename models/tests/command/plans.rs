@@ -144,3 +144,24 @@ fn a_plan_knows_convolutions() {
     let breaking = told(&scene("breaking.toml", "", "s0 = 0.5"));
     assert!(!breaking.contains("faster"), "{breaking}");
 }
+
+/// Heat beside waves: in the time of some hundred steps of the motion it does not leave its node.
+#[test]
+fn a_field_that_has_no_time_to_change_is_said_so() {
+    let dir = folder("still-field");
+    let scene = |k: &str, steps: u64| {
+        let material = format!(
+            "model = \"thermo_pmb\"\ndensity = \"2440 kg/m^3\"\nK = \"43 GPa\"\nalpha = 1e-5\nk = \"{k}\"\ncv = 800\n"
+        );
+        let body = "[body]\nflavour = \"bar\"\nspacing = \"1 mm\"\ncross_section = \"1 mm^2\"\nshape = { box = { from = [0], to = [\"20 mm\"] } }\n[family]\nhorizon = \"3 dx\"\n[material]\n";
+        format!("title = \"Bar\"\n{body}{material}[time]\nsteps = {steps}\n")
+    };
+    let slow = write(dir.join("slow.toml"), &scene("1 W/(m K)", 100));
+    mentions(
+        &pdlang(&["plan", &slow], 0),
+        &["hardly change in this run", "`heat`"],
+    );
+    let quick = write(dir.join("quick.toml"), &scene("1e9 W/(m K)", 100));
+    let text = pdlang(&["plan", &quick], 0);
+    assert!(!text.contains("hardly change"), "{text}");
+}

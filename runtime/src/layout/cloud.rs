@@ -233,11 +233,11 @@ fn morton(c: [u64; 3]) -> u64 {
 /// Chunks that one task looks at.
 const BLOCK: usize = 256;
 
+/// Neighbours of a slot, into the first list; the second is room to work.
+type Search<'a> = dyn Fn(usize, &mut Vec<u32>, &mut Vec<u64>) + Sync + 'a;
+
 /// The neighbour lists of a block of chunks, then all one behind the other.
-fn family(
-    layout: &Layout,
-    search: &(dyn Fn(usize, &mut Vec<u32>, &mut Vec<u64>) + Sync),
-) -> Family {
+fn family(layout: &Layout, search: &Search) -> Family {
     let chunks = layout.chunks();
     let blocks: Vec<(Vec<u32>, Vec<u8>, Vec<u32>)> = (0..chunks.div_ceil(BLOCK))
         .into_par_iter()

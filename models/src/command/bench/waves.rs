@@ -162,6 +162,8 @@ pub fn execute(matches: &ArgMatches) -> Outcome {
     let Some(folder) = matches.get_one::<PathBuf>("plot") else {
         return Ok(());
     };
+    std::fs::create_dir_all(folder)
+        .map_err(|why| Failure::plain(format!("cannot make {}: {why}", folder.display())))?;
     let lengths = [against_length];
     for (name, charts, log) in [
         ("waves-energy.svg", &energies[..], false),
