@@ -50,7 +50,7 @@ fn sweeps_share_what_differs_by_lengths_and_constants() {
         "lps_frozen",
         "thermo_lps",
         "correspondence",
-        // The number of neighbours at no distance is a sum of one number; their volume is a sum of its own.
+        // Where the influence function is 1, omega w is w.
         "correspondence_stabilised",
         // omega w in one sum, omega and w in another, where they stand in different terms.
         "heat_state",
@@ -65,7 +65,7 @@ fn sweeps_share_what_differs_by_lengths_and_constants() {
         ("lps_frozen", 1),
         ("thermo_lps", 1),
         ("correspondence", 1),
-        ("correspondence_stabilised", 2),
+        ("correspondence_stabilised", 1),
         ("heat_state", 3),
     ];
     assert_eq!(found, expected);

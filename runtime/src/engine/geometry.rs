@@ -57,7 +57,7 @@ pub(super) fn table(
 
 /// A stream of a cloud: eight numbers per row, eight for all rows where they would be alike, or, where few rows differ,
 /// eight for each of these and the place of its own in every row.
-#[derive(Debug)]
+#[derive(Debug, PartialEq)]
 pub(super) struct Kept {
     values: Vec<f64>,
     alike: bool,
@@ -136,6 +136,24 @@ fn few(values: &[f64]) -> Option<(Vec<f64>, Vec<u32>)> {
         }
     }
     (known.len() * SHARED <= places.len()).then_some((differ, places))
+}
+
+/// Makes one of streams that have the same values: `omega w` and `w` where the influence function is 1.
+pub(super) fn share(streams: &mut [Kept], geometry: &mut [Geometry]) {
+    let mut places: Vec<usize> = (0..streams.len()).collect();
+    for k in 0..streams.len() {
+        let (before, rest) = streams.split_at_mut(k);
+        let same = before.iter().position(|s| *s == rest[0]);
+        if let Some(same) = same.filter(|_| rest[0].differs()) {
+            places[k] = same;
+            rest[0] = Kept::alike(0.0);
+        }
+    }
+    for geometry in geometry {
+        if let Geometry::Streams(list) = geometry {
+            list.iter_mut().for_each(|k| *k = places[*k]);
+        }
+    }
 }
 
 /// How many streams have a number for every bond, as far as the law tells.

@@ -2,7 +2,7 @@
 use super::breakable::breaks;
 use super::constants::{AtReferenceBond, Materials};
 use super::convolution::Convolution;
-use super::geometry::{Geometry, Kept, Streams, table, vector};
+use super::geometry::{Geometry, Kept, Streams, share, table, vector};
 use super::levels::{Grading, group};
 use super::needs::Needs;
 use super::parts::Parts;
@@ -234,7 +234,9 @@ fn geometry(
             Shape::List(_) => streams.add(p, &s.streams),
         });
     }
-    (geometry, streams.values())
+    let mut streams = streams.values();
+    share(&mut streams, &mut geometry);
+    (geometry, streams)
 }
 
 #[allow(clippy::too_many_arguments)]

@@ -18,6 +18,14 @@ fn axes(view: View) -> [(usize, f64); 3] {
     }
 }
 
+/// A bar is seen from above.
+fn seen(sim: &Simulation, picture: &Picture) -> View {
+    match sim.body.flavour.dim() {
+        1 => View::Top,
+        _ => picture.view,
+    }
+}
+
 /// Refuses widths that make no picture, ranges that are empty and regions without nodes.
 pub fn check(sim: &Simulation, picture: &Picture) -> Result<(), InputError> {
     let name = &picture.name;
@@ -54,6 +62,9 @@ pub fn check(sim: &Simulation, picture: &Picture) -> Result<(), InputError> {
     }
     Ok(())
 }
+
+/// Width of the profile of a bar over its height.
+const PROFILE: f64 = 3.0;
 
 /// Where things stand on the canvas.
 struct Layout {
@@ -96,8 +107,21 @@ pub fn draw(sim: &mut Simulation, picture: &Picture) -> Result<Canvas, InputErro
         (layout.left + layout.width + right) as i64,
         (layout.top + layout.height + layout.text * 4.2) as i64,
     );
-    let color = |node: u32| scale.color((numbers[node as usize] - low) / (high - low));
-    paint(&mut canvas, sim, picture, &layout, nodes, color);
+    let share = |value: f64| (value - low) / (high - low);
+    let color = |node: u32| scale.color(share(numbers[node as usize]));
+    if sim.body.flavour.dim() == 1 {
+        let height = |node: u32| share(numbers[node as usize]);
+        columns(
+            &mut canvas,
+            sim,
+            &layout,
+            &nodes,
+            (share(0.0), &height),
+            color,
+        );
+    } else {
+        paint(&mut canvas, sim, picture, &layout, nodes, color);
+    }
     colour_bar(&mut canvas, &layout, scale, low, high, &values);
     words(&mut canvas, &layout, sim, picture);
     Ok(canvas)
@@ -105,7 +129,7 @@ pub fn draw(sim: &mut Simulation, picture: &Picture) -> Result<Canvas, InputErro
 
 fn layout(sim: &Simulation, picture: &Picture, nodes: &[u32]) -> Layout {
     let a = sim.body.spacing;
-    let [(r, rs), (u, us), _] = axes(picture.view);
+    let [(r, rs), (u, us), _] = axes(seen(sim, picture));
     let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     for &node in nodes {
         let x = sim.body.x[node as usize];
@@ -130,10 +154,11 @@ fn layout(sim: &Simulation, picture: &Picture, nodes: &[u32]) -> Layout {
         fit
     };
     let scale = scale.min(12_000.0 / extent[1]);
-    let (width, height) = (
-        (extent[0] * scale).ceil(),
-        (extent[1] * scale).ceil().max(1.0),
-    );
+    let width = (extent[0] * scale).ceil();
+    let height = match sim.body.flavour.dim() {
+        1 => (width / PROFILE).ceil(),
+        _ => (extent[1] * scale).ceil().max(1.0),
+    };
     let text = (0.021 * f64::from(picture.width)).clamp(11.0, 40.0).round();
     Layout {
         left: (text * 1.5).round(),
@@ -144,6 +169,29 @@ fn layout(sim: &Simulation, picture: &Picture, nodes: &[u32]) -> Layout {
         corner: low,
         text,
     }
+}
+
+/// A bar: a column at every node from zero to its value, by the numbers of the colour bar beside it.
+fn columns(
+    canvas: &mut Canvas,
+    sim: &Simulation,
+    layout: &Layout,
+    nodes: &[u32],
+    (zero, share): (f64, &dyn Fn(u32) -> f64),
+    color: impl Fn(u32) -> [u8; 3],
+) {
+    let up = |share: f64| layout.top + layout.height * (1.0 - share.clamp(0.0, 1.0));
+    let half = 0.5 * sim.body.spacing * layout.scale;
+    for &node in nodes.iter().filter(|n| share(**n).is_finite()) {
+        let (x, _) = layout.place(sim.body.x[node as usize][0], 0.0);
+        let (left, right) = ((x - half).round() as i64, (x + half).round() as i64);
+        let (from, to) = (up(zero), up(share(node)));
+        let (top, bottom) = (from.min(to).floor() as i64, from.max(to).ceil() as i64);
+        canvas.rectangle(left, top, right.max(left + 1), bottom, color(node));
+    }
+    let base = up(zero);
+    let end = layout.left + layout.width;
+    canvas.line((layout.left, base), (end, base), 1.0, BLACK);
 }
 
 fn paint(
@@ -337,11 +385,11 @@ fn words(canvas: &mut Canvas, layout: &Layout, sim: &Simulation, picture: &Pictu
         BLACK,
         &quantity_text(length, "m"),
     );
-    compass(canvas, layout, picture.view, base);
+    compass(canvas, layout, sim, picture, base);
 }
 
 /// The two axes of the view, at the right end below the drawing.
-fn compass(canvas: &mut Canvas, layout: &Layout, view: View, base: f64) {
+fn compass(canvas: &mut Canvas, layout: &Layout, sim: &Simulation, picture: &Picture, base: f64) {
     let size = layout.text;
     let name = |(axis, sign): (usize, f64)| {
         format!(
@@ -350,9 +398,11 @@ fn compass(canvas: &mut Canvas, layout: &Layout, view: View, base: f64) {
             ["x", "y", "z"][axis]
         )
     };
-    let [right, up, _] = axes(view);
+    let [right, up, _] = axes(seen(sim, picture));
+    let shown = sim.body.flavour.dim().min(2);
     let origin = (layout.left + layout.width - 3.2 * size, base + 0.9 * size);
-    for (tip, axis) in [((1.6 * size, 0.0), right), ((0.0, -1.6 * size), up)] {
+    let arrows = [((1.6 * size, 0.0), right), ((0.0, -1.6 * size), up)];
+    for (tip, axis) in arrows.into_iter().take(shown) {
         let end = (origin.0 + tip.0, origin.1 + tip.1);
         canvas.line(origin, end, (0.1 * size).max(1.0), BLACK);
         let back = (end.0 - 0.22 * tip.0, end.1 - 0.22 * tip.1);
