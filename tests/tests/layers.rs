@@ -72,10 +72,11 @@ fn rates_rise_from_the_inner_edge() {
     }
 }
 
-fn kinetic(text: &str) -> Option<f64> {
+/// At the end of a run, or why there was none.
+fn kinetic(text: &str) -> Result<f64, String> {
     let mut sim = simulation(text);
-    let done = sim.run(&mut ()).is_ok();
-    done.then_some(sim.row.kinetic)
+    sim.run(&mut ()).map_err(|e| e.to_string())?;
+    Ok(sim.row.kinetic)
 }
 
 /// A plate with free sides along the layer has waves that run backwards: a layer that damps in one direction only makes
@@ -92,8 +93,12 @@ fn free_sides_do_not_make_a_layer_grow() {
     let (usual, one_way) = (of(""), of("across = 0"));
     println!("{usual:?}, {one_way:?}");
     // At the start 1.2e-4 of strain energy; the plate leads its slow waves out in the end.
-    assert!(usual.is_some_and(|e| e < 1e-5), "{usual:?}");
-    assert!(one_way.is_none_or(|e| e > 1e-3), "{one_way:?}");
+    assert!(usual.as_ref().is_ok_and(|e| *e < 1e-5), "{usual:?}");
+    let grown = match &one_way {
+        Ok(kinetic) => *kinetic > 1e-3,
+        Err(why) => why.contains("finite") || why.contains("moved"),
+    };
+    assert!(grown, "{one_way:?}");
 }
 
 /// A crack that goes straight on to the outer edge of a layer is as if it had no end: what comes back is that of a body

@@ -57,6 +57,13 @@ const COLUMNS: [&str; 11] = [
     "bytes_per_bond",
 ];
 
+/// Threads of what is timed: one, unless more are asked for.
+fn one_thread() -> Arg {
+    threads_argument()
+        .default_value("1")
+        .help("Number of threads")
+}
+
 pub fn command() -> Command {
     let kernels = Command::new("kernels")
         .about("Time the kernels of some laws on a cube of nodes with the horizon 3.015 dx")
@@ -93,11 +100,7 @@ pub fn command() -> Command {
         .arg(number("size", 4, "24", "Nodes along an edge of the cube"))
         .arg(number("steps", 1, "20", "Steps of a run"))
         .arg(number("repeats", 1, "3", "Runs of either side, of which the quickest counts"))
-        .arg(
-            threads_argument()
-                .default_value("1")
-                .help("Number of threads"),
-        )
+        .arg(one_thread())
         .arg(json_flag())
         .after_help(
             "CPU time per directed bond and step of whole runs without files, with the thing and without it, in turn:\n\

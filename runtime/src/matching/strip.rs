@@ -3,11 +3,12 @@
 //! A wave that runs backwards carries its phases out and its energy in: a condition for phases that leave feeds it. What
 //! these waves have in common is that they are short. In the strip each node exchanges a share of the difference of
 //! velocities with its neighbours on the lattice, as in a viscous fluid, in every component: a wave of the length `l` loses
-//! `(pi h/l)^2` of the share that the shortest one loses, and no exchange gives energy.
+//! `(pi h/l)^2` of the share that the shortest one loses. Between two nodes that move by forces no exchange gives
+//! energy; a node of the boundary gives as it moves, and takes nothing.
 
 use super::chain::Chain;
 
-/// Of the difference of velocities of two neighbours, per spacing that the fastest wave travels. Short waves run slowly:
+/// What the shortest waves lose of their velocity, per spacing that the fastest wave travels. Short waves run slowly:
 /// they are gone before they have crossed the strip.
 const SHARE: f64 = 0.3;
 /// Of what the shortest waves have, in a step: they must not overshoot.

@@ -8,10 +8,10 @@ use pdlang_runtime::engine::{Breaking, Engine, Isa, State, Traversal};
 use serde_json::{Value, json};
 
 use super::super::models::json_flag;
-use super::super::run::{threads, threads_argument};
+use super::super::run::threads;
 use super::super::table::Table;
 use super::super::{Failure, Outcome};
-use super::{Best, number, parameter, progress, rounded, warm};
+use super::{Best, number, one_thread, parameter, progress, rounded, warm};
 
 const LAWS: [&str; 4] = [
     "pmb linearised",
@@ -49,11 +49,7 @@ pub fn command() -> Command {
             "7",
             "Force evaluations of each in turn, of which the quickest counts",
         ))
-        .arg(
-            threads_argument()
-                .default_value("1")
-                .help("Number of threads"),
-        )
+        .arg(one_thread())
         .arg(json_flag())
         .after_help(
             "Per node and force evaluation: CPU time of all threads, and its ratio; `wall_ratio` is that of the time that\n\

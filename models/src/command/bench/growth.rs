@@ -14,10 +14,10 @@ use plotters::prelude::*;
 use serde_json::{Value, json};
 
 use super::super::models::json_flag;
-use super::super::run::{threads, threads_argument};
+use super::super::run::threads;
 use super::super::table::Table;
 use super::super::{Failure, Outcome, input_error};
-use super::{Best, parameter, progress, rounded};
+use super::{Best, one_thread, parameter, progress, rounded};
 
 const LAWS: [&str; 2] = ["pmb", "lps"];
 /// Of the other cases, in spacings.
@@ -67,11 +67,7 @@ pub fn command() -> Command {
                 .default_value("0.3")
                 .help("Evaluations of one case are repeated for so long; the quickest counts"),
         )
-        .arg(
-            threads_argument()
-                .default_value("1")
-                .help("Number of threads"),
-        )
+        .arg(one_thread())
         .arg(json_flag())
         .after_help(
             "`ns_per_bond`: CPU time of all threads per directed bond of an evaluation, the least of some. `to_median`: that, in\n\

@@ -14,10 +14,10 @@ use plotters::prelude::*;
 use serde_json::{Value, json};
 
 use super::super::models::json_flag;
-use super::super::run::{threads, threads_argument};
+use super::super::run::threads;
 use super::super::table::Table;
 use super::super::{Failure, Outcome};
-use super::progress;
+use super::{one_thread, progress};
 
 /// Points of a curve of energies.
 const SAMPLES: u32 = 60;
@@ -56,11 +56,7 @@ pub fn command() -> Command {
                 .value_parser(value_parser!(PathBuf))
                 .help("Also draws waves-energy.svg, waves-angle.svg and waves-length.svg there"),
         )
-        .arg(
-            threads_argument()
-                .default_value("1")
-                .help("Number of threads"),
-        )
+        .arg(one_thread())
         .arg(json_flag())
         .after_help(
             "Three waves: energy left inside at the end over that of the start, nodes of the end over those inside, CPU time of a\n\
