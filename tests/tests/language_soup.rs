@@ -201,6 +201,24 @@ fn monsters_end_in_a_finding_and_soon() {
         law(&format!("let l0 = 2 m\n{squares}bond b = l59")),
         law("bond b = x^100000 + (1 m)^-20000*1 m^30000"),
     ];
+    // What opens and never closes, few enough for a reader that tries every one of them both ways.
+    let open = [
+        "{",
+        "(",
+        "[",
+        "sqrt(",
+        "sum[f](",
+        "(1, ",
+        "case flavour { bar: ",
+        "m(",
+        "\"{",
+        "probe p in bar { let a = ",
+    ];
+    let few = open.iter().flat_map(|open| {
+        let open = open.repeat(60);
+        ["", "bond b = ", "param L : [", "energy W : "].map(|front| law(&format!("{front}{open}")))
+    });
+    let monsters = monsters.into_iter().chain(few).collect::<Vec<_>>();
     for (k, monster) in monsters.iter().enumerate() {
         let start = Instant::now();
         survive(monster);
