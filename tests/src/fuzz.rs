@@ -108,7 +108,8 @@ fn agree(text: &str, law: &Law, flavour: Flavour) -> bool {
     let mut beside = question.clone();
     let last = beside.path.last_mut().into_iter().flatten().flatten();
     last.for_each(|u| *u *= 1.0 + 1e-12);
-    let ((expected, scale), (moved, _)) = (question.oracle(), beside.oracle());
+    let ((expected, mut scale), (moved, _)) = (question.oracle(), beside.oracle());
+    floor(&mut scale, &question);
     if !numbers(&expected) || !numbers(&moved) {
         return false;
     }
@@ -126,6 +127,15 @@ fn agree(text: &str, law: &Law, flavour: Flavour) -> bool {
     }
     convolved(text, &question, &scale, owed);
     true
+}
+
+/// What cancels to nothing in one order of operations need not in another: rounding of the parameters is no difference.
+fn floor(scale: &mut Scale, question: &Question) {
+    let finite = question.params.iter().filter(|p| p.is_finite());
+    let least = 1e-12 * finite.fold(0.0_f64, |most, p| most.max(p.abs()));
+    for scale in [&mut scale.energy, &mut scale.tangent, &mut scale.rates] {
+        *scale = scale.max(least);
+    }
 }
 
 /// Sums by convolution are those over bonds one by one, of the law as it is and at small displacements, where it has any.

@@ -140,6 +140,15 @@ fn law(items: &str) -> String {
     )
 }
 
+/// Weights of 0: the energy cancels to nothing in one order of operations, and nearly so in another. Found by fuzzing.
+#[test]
+fn what_cancels_agrees() {
+    let solid = pdlang_models::registry::find("solid").expect("a law of the catalogue");
+    let text = solid.text.replace("= 1/norm(", "= 0/norm(");
+    assert_ne!(text, solid.text);
+    assert!(fuzz::language(&text).compared > 0);
+}
+
 /// Texts that would exhaust the stack, the memory or the patience of a careless compiler.
 #[test]
 fn monsters_end_in_a_finding_and_soon() {
