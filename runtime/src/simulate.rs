@@ -84,6 +84,8 @@ pub struct Simulation {
     pub indenters: Vec<Indenter>,
     /// Matching boundaries, in the order in which they are stepped.
     pub faces: Vec<Face>,
+    /// Nodes whose bonds never break, where bonds of others may.
+    pub held: usize,
     /// [s]; 0 when the forces are evaluated only once.
     pub dt: f64,
     /// How `dt` was found; `None` when the user gave it.
@@ -222,6 +224,7 @@ impl Simulation {
             reach,
             indenters: setup.indenters,
             faces,
+            held: no_fail.iter().filter(|held| **held).count(),
             dt: 0.0,
             stable: None,
             stages: 0,
@@ -562,13 +565,9 @@ fn strayed(stray: &Stray, body: &Body) -> InputError {
     )
 }
 
-/// Nodes whose bonds never break; empty where all may. Those of matching boundaries are among them: behind a crack no
-/// wave would be the one that is matched.
+/// Nodes whose bonds never break; empty where all may, or none can. Those of matching boundaries are among them: behind a
+/// crack no wave would be the one that is matched.
 fn no_fail(setup: &Setup, faces: &[Face]) -> Result<Vec<bool>, InputError> {
-    let faces = if setup.law.spec.breaks { faces } else { &[] };
-    if setup.no_fail.is_empty() && faces.is_empty() {
-        return Ok(Vec::new());
-    }
     let mut flags = vec![false; setup.body.x.len()];
     for region in &setup.no_fail {
         region.check()?;
@@ -580,6 +579,9 @@ fn no_fail(setup: &Setup, faces: &[Face]) -> Result<Vec<bool>, InputError> {
             ));
         }
         nodes.iter().for_each(|&n| flags[n as usize] = true);
+    }
+    if !setup.law.spec.breaks || setup.no_fail.is_empty() && faces.is_empty() {
+        return Ok(Vec::new());
     }
     for (node, flag) in flags.iter_mut().enumerate() {
         *flag |= faces.iter().any(|f| f.holds(node, &setup.body));

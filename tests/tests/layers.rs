@@ -1,4 +1,5 @@
-//! `[[absorbing]]`: the damping rates of layers, and where they hold: beside free sides, and where a crack runs into them.
+//! `[[absorbing]]`: the damping rates of layers, and where they hold: beside free sides, where a crack runs into them, and where
+//! one does not.
 
 use std::path::Path;
 
@@ -139,4 +140,50 @@ fn a_crack_runs_into_a_layer() {
     println!("through {through:.1e}, in front {short:.1e}");
     assert!(through < 3e-3, "{through}");
     assert!(short > 4.0 * through, "{short} {through}");
+}
+
+/// A crack that grows towards a layer ends at its inner edge; damping rates that the scene sets itself are no layer, and
+/// the crack runs into them. Other bonds hold but for a band, which keeps it straight.
+#[test]
+fn a_crack_does_not_grow_into_a_layer() {
+    let law = "../../examples/indentation.pd";
+    let stretched = "6e-3*(y - 0.155)";
+    let held = |from: f64, to: f64| {
+        format!(
+            "[[condition]]\nregion = {{ box = {{ from = [0, {from}], to = [0.6, {to}] }} }}\n\
+             displacement = [0, \"{stretched}\"]\n"
+        )
+    };
+    let of = |layer: &str| {
+        let rest = format!(
+            "[[crack]]\nsegment = {{ from = [-0.1, 0.155], to = [0.2, 0.155] }}\n{}{}{layer}[time]\nuntil = 1.5\n",
+            held(0.0, 0.02),
+            held(0.28, 0.3)
+        );
+        let text = scene(law, [0.0; 2], [0.6, 0.3], stretched, &rest);
+        let band = "s0 = 1\nfollow = 10\n[[material.part]]\n\
+                    region = { box = { from = [0, 0.12], to = [0.6, 0.19] } }\ns0 = 0.02\n[[initial]]";
+        let mut sim = simulation(&text.replacen("[[initial]]", band, 1));
+        sim.run(&mut ()).unwrap_or_else(|e| panic!("{e}"));
+        let damage = sim.engine.damage(&sim.state);
+        let most = |inside: &dyn Fn(f64) -> bool| {
+            let nodes = sim.body.x.iter().zip(&damage);
+            let here = nodes.filter(|(x, _)| inside(x[0])).map(|(_, d)| *d);
+            here.fold(0.0, f64::max)
+        };
+        // In front of the inner edge, at its planes and beyond.
+        (
+            sim.held,
+            most(&|x| (0.41..0.445).contains(&x)),
+            most(&|x| x > 0.445),
+        )
+    };
+    let across = "thickness = 0.15\nrate = 20\nprofile = \"quadratic\"\nacross = 0\n";
+    let (held, front, inside) = of(&format!("[[absorbing]]\nsides = \"+x\"\n{across}"));
+    assert_eq!((held, inside), (16 * 31, 0.0));
+    assert!(front > 0.4, "{front}");
+    let by_hand = "[[initial]]\nphi = [\"20*(max(x - 0.45, 0)/0.15)^2\", 0]\n";
+    let (held, front, inside) = of(by_hand);
+    assert_eq!(held, 0);
+    assert!(front > 0.4 && inside > 0.4, "{front} {inside}");
 }

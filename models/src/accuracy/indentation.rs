@@ -1,5 +1,7 @@
 //! Cracks under a punch on a half-space: section 3B of Wildman and Gazonas.
 
+use std::sync::atomic::{AtomicU32, Ordering};
+
 use pdlang_runtime::observe::quantity;
 use pdlang_runtime::simulate::Simulation;
 
@@ -54,7 +56,10 @@ struct Punch {
 
 impl Punch {
     fn new() -> Result<Punch, String> {
-        let name = format!("pdlang-indentation-{}.pd", std::process::id());
+        // Studies may run beside each other.
+        static NEXT: AtomicU32 = AtomicU32::new(0);
+        let number = NEXT.fetch_add(1, Ordering::Relaxed);
+        let name = format!("pdlang-indentation-{}-{number}.pd", std::process::id());
         let law = std::env::temp_dir().join(name);
         let text = include_str!("../../../examples/indentation.pd");
         std::fs::write(&law, text).map_err(|why| format!("{}: {why}", law.display()))?;
@@ -147,9 +152,17 @@ fn crack() -> Result<Vec<Measure>, String> {
 
 /// Between the tips at 500 N, in a body of 283 by 142 nodes without a layer, mm.
 const LARGE: f64 = 20.3546;
-const LAYER: &str = "phi = [\"phi_x\", \"phi_y\"]";
+const LAYER: &str =
+    "[[absorbing]]                           # 20 mm from the middle and below; its bonds hold
+sides = [\"-x\", \"+x\", \"-y\"]
+thickness = \"15 mm - dx/2\"              # from the outermost nodes
+ramp = \"10 mm\"
+rate = \"5e6 [1/s]\"
+across = 0                              # the paper's layer damps in one direction only
+";
 const BODY: &str = "from = [\"-35 mm\", \"-35.25 mm\"], to = [\"35 mm\", 0] } }\n\n[family]";
-const HELD: &str = "[[no_fail]]                             # the layer holds
+/// Without damping, bonds hold where the layer was.
+const HELD: &str = "[[no_fail]]
 region = { difference = [
     { box = { from = [\"-35 mm\", \"-35.25 mm\"], to = [\"35 mm\", 0] } },
     { box = { from = [\"-20 mm\", \"-20.25 mm\"], to = [\"20 mm\", 0] } },
@@ -159,9 +172,9 @@ region = { difference = [
 fn without_layer() -> Result<Vec<Measure>, String> {
     let punch = Punch::new()?;
     let layer = punch.loaded(500.0)?;
-    let free = layer.with(LAYER, "phi = [0, 0]")?;
+    let free = layer.with(LAYER, HELD)?;
     let inner = "from = [\"-40.5*dx\", \"-41*dx\"], to = [\"40.5*dx\", 0] } }\n\n[family]";
-    let cut = free.with(BODY, inner)?.with(HELD, "")?;
+    let cut = layer.with(LAYER, "")?.with(BODY, inner)?;
     let apart = |case: &Case| Ok::<f64, String>(cracked(case)?[0].apart);
     let (layer, free, cut) = (apart(&layer)?, apart(&free)?, apart(&cut)?);
     Ok(vec![

@@ -84,10 +84,14 @@ fn mechanics(list: &mut List, sim: &Simulation, report: &Report) {
     let breaking = report.work.iter().filter(|s| s.breaks);
     match (sim.engine.can_break(), spec.breaks) {
         (true, _) => {
-            let why = format!(
+            let mut why = format!(
                 "{} tests every bond, and reads and writes its mask",
                 names(breaking)
             );
+            if sim.held > 0 {
+                let nodes = if sim.held == 1 { "node" } else { "nodes" };
+                why += &format!("; bonds with an end in one of {} {nodes} hold", sim.held);
+            }
             list.add("breaking", true, why);
         }
         (false, true) => list.add(

@@ -1,5 +1,5 @@
 //! `[[absorbing]]`: sides with a rim that takes waves in. A layer is no more than initial values of the law's damping
-//! rates, one for every direction, which rise from its inner edge to the side.
+//! rates, one for every direction, which rise from its inner edge to the side; and its bonds hold.
 
 use std::ops::Range;
 
@@ -129,23 +129,37 @@ fn field(section: &Section<'_>, spec: &Spec) -> Option<String> {
     None
 }
 
-/// The damping rates of a body with these layers, and which layer is wrong where they do not fit.
-pub(super) fn rates(
-    layers: &[Layer],
-    body: &Body,
-) -> Result<Option<Condition>, (usize, InputError)> {
+/// What the layers of a body are to a run.
+#[derive(Default)]
+pub(super) struct Rim {
+    /// The damping rates; none without a layer.
+    pub rates: Option<Condition>,
+    /// From the inner edges on. Bonds with an end here never break: what a layer remembers knows nothing of a crack that
+    /// grows into it.
+    pub holds: Vec<Shape>,
+}
+
+/// The layers on a body, and which of them is wrong where they do not fit.
+pub(super) fn rim(layers: &[Layer], body: &Body) -> Result<Rim, (usize, InputError)> {
     let Some(first) = layers.first() else {
-        return Ok(None);
+        return Ok(Rim::default());
     };
     let dim = body.flavour.dim();
     let walls: Vec<Wall> = (0..dim)
         .map(|axis| at_ends(layers, axis, body))
         .collect::<Result<Vec<_>, _>>()?
         .concat();
+    Ok(Rim {
+        rates: Some(rates(layers, first, &walls, dim)),
+        holds: walls.iter().map(|w| w.region(layers)).collect(),
+    })
+}
+
+fn rates(layers: &[Layer], first: &Layer, walls: &[Wall], dim: usize) -> Condition {
     let rate = |axis: usize| {
         let mut tape = Builder::default();
         let mut sum = None;
-        for wall in &walls {
+        for wall in walls {
             let part = if wall.axis == axis {
                 1.0
             } else {
@@ -165,14 +179,13 @@ pub(super) fn rates(
             },
         })
     };
-    let value = (0..dim).map(rate).collect();
-    Ok(Some(Condition {
+    Condition {
         region: Shape::All,
         quantity: Quantity::Field(first.field.clone()),
-        value,
+        value: (0..dim).map(rate).collect(),
         mirror: None,
         until: f64::INFINITY,
-    }))
+    }
 }
 
 /// A side with a layer.
@@ -183,6 +196,18 @@ struct Wall {
     /// Coordinate of the outermost nodes [m].
     at: f64,
     layer: usize,
+}
+
+impl Wall {
+    fn region(&self, layers: &[Layer]) -> Shape {
+        let (mut from, mut to) = ([f64::NEG_INFINITY; 3], [f64::INFINITY; 3]);
+        let thick = layers[self.layer].thickness;
+        match self.high {
+            true => from[self.axis] = self.at - thick,
+            false => to[self.axis] = self.at + thick,
+        }
+        Shape::Box { from, to }
+    }
 }
 
 /// The sides across an axis that have a layer, if the layers fit.

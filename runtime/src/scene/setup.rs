@@ -24,7 +24,7 @@ impl Scene {
         let mut body = self.nodes().map_err(|e| self.problem(e))?;
         let mut settings = self.settings();
         self.grade(&mut body, &mut settings.horizon)?;
-        let layers = absorbing::rates(&self.absorbing, &body)
+        let rim = absorbing::rim(&self.absorbing, &body)
             .map_err(|(k, e)| self.problem_at(self.absorbing[k].span.clone(), e))?;
         Ok(Setup {
             title: self.title.clone(),
@@ -37,10 +37,10 @@ impl Scene {
                 .iter()
                 .map(|m| m.0.unwrap_or(0.0))
                 .collect(),
-            initial: self.initial.iter().cloned().chain(layers).collect(),
+            initial: self.initial.iter().cloned().chain(rim.rates).collect(),
             conditions: self.conditions.clone(),
             cracks: self.cracks.clone(),
-            no_fail: self.no_fail.clone(),
+            no_fail: self.no_fail.iter().cloned().chain(rim.holds).collect(),
             indenters: self.indenters.clone(),
             matching: self.matching.clone(),
             step: self.step,
