@@ -13,7 +13,7 @@ use mirror::{Reflected, images};
 use crate::body::Body;
 use crate::density::Density;
 use crate::engine::{Engine, State};
-use crate::error::InputError;
+use crate::error::{About, InputError};
 use crate::matching::Face;
 use crate::shape::{Shape, tolerance};
 use crate::spec::{Op, Stepped, Tape};
@@ -225,6 +225,20 @@ fn at(function: &Function, x: [f64; 3], t: f64) -> f64 {
     function.call(&[x[0], x[1], x[2], t])
 }
 
+/// The last of a list that sets a field at a node.
+pub(crate) fn who_sets(
+    list: &[Condition],
+    field: &str,
+    x: [f64; 3],
+    spacing: f64,
+) -> Option<usize> {
+    let sets = |c: &Condition| {
+        matches!(&c.quantity, Quantity::Field(name) if name == field)
+            && c.region.contains(x, tolerance(spacing))
+    };
+    list.iter().rposition(sets)
+}
+
 /// The user numbers of the nodes in a region.
 pub fn nodes_in(body: &Body, region: &Shape) -> Vec<u32> {
     let margin = tolerance(body.spacing);
@@ -242,8 +256,9 @@ pub fn set_initial(
     engine: &Engine,
     state: &mut State,
 ) -> Result<(), InputError> {
-    for condition in list {
-        for driver in drivers(condition, body, engine)? {
+    for (k, condition) in list.iter().enumerate() {
+        let drivers = drivers(condition, body, engine).map_err(|e| e.about(About::Initial(k)))?;
+        for driver in drivers {
             let target = match &condition.quantity {
                 Quantity::Displacement => &mut state.u[driver.component],
                 Quantity::Velocity => &mut state.v[driver.component],
@@ -328,9 +343,11 @@ impl Conditions {
     ) -> Result<Conditions, InputError> {
         let (mut displacement, mut velocity, mut mirrored) = (vec![], vec![], vec![]);
         let (mut force, mut field) = (vec![], vec![]);
-        for condition in list {
-            fixed(&condition.quantity, engine)?;
-            for driver in drivers(condition, body, engine)? {
+        for (k, condition) in list.iter().enumerate() {
+            let drivers = fixed(&condition.quantity, engine)
+                .and_then(|()| drivers(condition, body, engine))
+                .map_err(|e| e.about(About::Condition(k)))?;
+            for driver in drivers {
                 let later: &mut [&mut Vec<Driver>] = match condition.quantity {
                     Quantity::Force => &mut [],
                     Quantity::Field(_) => &mut [&mut field],

@@ -33,7 +33,7 @@ pub use error::SetupError;
 pub use levels::Grading;
 pub use memory::{Report, SweepReport};
 pub use needs::Need;
-pub use parts::{PartReport, Stray};
+pub use parts::{Feeding, PartReport, Stray};
 
 use crate::lane::Record;
 use crate::language::Exponents;
@@ -131,6 +131,14 @@ enum Damping<'a> {
 }
 
 impl<'a> FieldRate<'a> {
+    /// The position in [`State::slots`] of a damping that is a field as it stands.
+    pub fn damping_field(&self) -> Option<usize> {
+        match self.damping {
+            Some(Damping::Field(k)) => Some(k),
+            _ => None,
+        }
+    }
+
     /// Calls `act` with stretches of the field and their damping, one after the other; `None`: 0.
     pub fn each(
         &self,

@@ -1,5 +1,6 @@
 //! Wrong input, told once: what is wrong and what to do about it.
 
+use crate::matching::Side;
 use std::fmt;
 
 /// Input that cannot be computed. `Display` prints both sentences.
@@ -7,8 +8,19 @@ use std::fmt;
 pub struct InputError {
     pub what: String,
     pub remedy: String,
-    /// The key of a scene that it is about, where that is known.
-    pub key: Option<&'static str>,
+    /// What of a scene it is about, where that is known.
+    pub about: Option<About>,
+}
+
+/// What of a scene is wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum About {
+    Traversal,
+    /// The matching boundary of this side.
+    Matching(Side),
+    /// Positions in the lists of a [`crate::simulate::Setup`].
+    Initial(usize),
+    Condition(usize),
 }
 
 impl InputError {
@@ -16,13 +28,14 @@ impl InputError {
         InputError {
             what: what.into(),
             remedy: remedy.into(),
-            key: None,
+            about: None,
         }
     }
 
-    pub fn about(self, key: &'static str) -> InputError {
+    /// Unless it is known better already.
+    pub fn about(self, what: About) -> InputError {
         InputError {
-            key: Some(key),
+            about: self.about.or(Some(what)),
             ..self
         }
     }

@@ -23,7 +23,7 @@ pub use strip::Strip;
 
 use crate::body::Body;
 use crate::engine::{Law, Settings};
-use crate::error::InputError;
+use crate::error::{About, InputError};
 use crate::spec::{FieldSpec, Stage};
 
 /// The highest order there is.
@@ -208,20 +208,22 @@ pub(crate) fn faces(
         // The waves of one side of an axis are those of the other.
         let mut known: Vec<Known> = Vec::new();
         for side in &matching.sides {
+            let about = |e: InputError| e.about(About::Matching(*side));
             if faces.iter().any(|f| f.side == *side) {
-                return Err(InputError::new(
+                return Err(about(InputError::new(
                     format!("the side {} has two matching boundaries", side.name()),
                     "name every side once",
-                ));
+                )));
             }
-            faces.push(face(
+            let given = face(
                 matching,
                 *side,
                 body,
                 law,
                 settings,
                 (density, &mut known),
-            )?);
+            );
+            faces.push(given.map_err(about)?);
         }
     }
     faces.sort_by_key(|f| f.side.axis);
@@ -449,7 +451,8 @@ fn room(faces: &[Face], body: &Body) -> Result<(), InputError> {
                     first.side.name()
                 ),
                 "make the body thicker, or the horizon shorter",
-            ));
+            )
+            .about(About::Matching(first.side)));
         }
     }
     Ok(())

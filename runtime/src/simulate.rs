@@ -2,11 +2,13 @@
 
 use crate::body::Body;
 use crate::checkpoint::{self, Clock, Fingerprint, Identity, Snapshot};
-use crate::conditions::{Condition, Conditions, Quantity, nodes_in, set_initial};
+use crate::conditions::{Condition, Conditions, Quantity, nodes_in, set_initial, who_sets};
 use crate::contact::{Contact, Indenter};
 use crate::density::Density;
-use crate::engine::{Breaking, Engine, Law, Settings, SetupError, State, Stray, Traversal};
-use crate::error::InputError;
+use crate::engine::{
+    Breaking, Engine, Feeding, Law, Settings, SetupError, State, Stray, Traversal,
+};
+use crate::error::{About, InputError};
 use crate::matching::{self, Face, Matching};
 use crate::observe::{Outputs, Row, Schedule, Timings, split};
 use crate::relax::{self, Relaxation};
@@ -174,15 +176,14 @@ impl Simulation {
             &setup.law,
             &setup.settings,
             &setup.density,
-        )
-        .map_err(|e| e.about("matching"))?;
+        )?;
         let no_fail = no_fail(&setup, &faces)?;
         let partial_volume = setup.settings.partial_volume;
         let without = setup.settings.without.clone();
         let mut engine =
             Engine::new(&setup.body, setup.law, setup.settings).map_err(|e| match e {
                 SetupError::Traversal(what, remedy) => {
-                    InputError::new(what, remedy).about("traversal")
+                    InputError::new(what, remedy).about(About::Traversal)
                 }
                 e => InputError::new(e.to_string(), ""),
             })?;
@@ -194,9 +195,11 @@ impl Simulation {
         set_initial(&setup.initial, &setup.body, &engine, &mut state)?;
         engine
             .settle(&mut state)
-            .map_err(|s| strayed(&s, &setup.body))?;
+            .map_err(|s| strayed(&s, &setup.body, &setup.initial))?;
         let conditions = Conditions::new(&setup.conditions, &faces, &setup.body, &engine)?;
         conditions.start(&setup.body, &mut state);
+        let lists = (&setup.initial[..], &setup.conditions[..]);
+        damped(lists, &setup.body, &engine, &state)?;
         let contact = contact(
             &setup.indenters,
             &conditions,
@@ -479,7 +482,7 @@ fn check(setup: &Setup) -> Result<(), InputError> {
     let moves = !setup.law.spec.force.is_empty();
     if setup.settings.traversal == Traversal::Convolution && !setup.cracks.is_empty() {
         let what = "a convolution takes bonds that hold, and a crack has cut some";
-        return Err(InputError::new(what, "use `lattice`").about("traversal"));
+        return Err(InputError::new(what, "use `lattice`").about(About::Traversal));
     }
     if setup.density.len() != setup.settings.materials.len() {
         return Err(InputError::new(
@@ -549,20 +552,59 @@ fn still(setup: &Setup) -> Result<(), InputError> {
     ))
 }
 
-fn strayed(stray: &Stray, body: &Body) -> InputError {
+fn strayed(stray: &Stray, body: &Body, initial: &[Condition]) -> InputError {
     let Stray {
         field,
         condition,
         node,
     } = stray;
     let x = body.x[*node];
-    InputError::new(
+    let error = InputError::new(
         format!(
             "the field `{field}` has an initial value at node {node} ({:e}, {:e}, {:e}) m, where it does not live",
             x[0], x[1], x[2]
         ),
         format!("leave it zero there: the law has it where `{condition}`"),
-    )
+    );
+    match who_sets(initial, field, x, body.spacing) {
+        Some(k) => error.about(About::Initial(k)),
+        None => error,
+    }
+}
+
+/// Refuses a field that damps others where it is negative: it would feed them, and the rule by which they are stepped
+/// holds for damping alone.
+fn damped(
+    (initial, conditions): (&[Condition], &[Condition]),
+    body: &Body,
+    engine: &Engine,
+    state: &State,
+) -> Result<(), InputError> {
+    let Some(feeding) = engine.feeding(state) else {
+        return Ok(());
+    };
+    let Feeding {
+        field,
+        component,
+        fed,
+        node,
+        value,
+    } = feeding;
+    let x = body.x[node];
+    let error = InputError::new(
+        format!(
+            "`{field}{component}`, by which `{fed}` is damped, is {value:.3e} 1/s at node {node} ({:e}, {:e}, {:e}) m: `{fed}` would grow \
+             without bound",
+            x[0], x[1], x[2]
+        ),
+        "give rates that are not negative; 0 damps nothing",
+    );
+    let who = |list: &[Condition]| who_sets(list, &field, x, body.spacing);
+    Err(match (who(conditions), who(initial)) {
+        (Some(k), _) => error.about(About::Condition(k)),
+        (None, Some(k)) => error.about(About::Initial(k)),
+        (None, None) => error,
+    })
 }
 
 /// Nodes whose bonds never break; empty where all may, or none can. Those of matching boundaries are among them: behind a

@@ -4,7 +4,7 @@ use super::smoothed::Smoothed;
 use super::{Balance, Driver};
 use crate::body::Body;
 use crate::engine::{Engine, State};
-use crate::error::InputError;
+use crate::error::{About, InputError};
 use crate::matching::{Coefficients, Face, Rule, Steps};
 use std::collections::{BTreeMap, HashSet};
 
@@ -124,7 +124,7 @@ impl Boundaries {
                         ),
                         "keep its region away from these planes of nodes, or leave out `until`",
                     )
-                    .about("matching"));
+                    .about(About::Matching(face.side)));
                 }
                 let held: HashSet<u32> = driven
                     .iter()
@@ -251,7 +251,7 @@ fn planes(face: &Face, body: &Body) -> Result<Vec<Vec<u32>>, InputError> {
                     "a matching boundary takes a flat side without holes, {deep} planes of nodes deep"
                 ),
             )
-            .about("matching"));
+            .about(About::Matching(face.side)));
         };
         found.push(whole);
     }

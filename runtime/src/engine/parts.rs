@@ -168,6 +168,20 @@ pub struct Stray {
     pub node: usize,
 }
 
+/// A damping that is negative.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Feeding {
+    pub field: String,
+    /// What the name of its component ends in: `_x`; nothing for a scalar.
+    pub component: String,
+    /// The field that it would feed.
+    pub fed: String,
+    /// User number.
+    pub node: usize,
+    /// [1/s]
+    pub value: f64,
+}
+
 impl Engine {
     /// Says where the fields live that are not on the whole body, by the coefficients in `s`, and stores them there
     /// alone from now on, in `s` and in all states to come. Once; the coefficients that decide stay as they are.
@@ -229,6 +243,32 @@ impl Engine {
             }
         }
         None
+    }
+
+    /// A field that damps another as it stands, where it is negative.
+    pub fn feeding(&self, s: &State) -> Option<Feeding> {
+        let name = |k: usize| {
+            let fields = self.spec.fields.iter();
+            let mut all = fields.filter_map(|f| {
+                let slots = self.state_slots(&f.name)?;
+                let component = slots.iter().position(|slot| *slot == k)?;
+                Some((f, component))
+            });
+            all.next()
+        };
+        self.rates().find_map(|rate| {
+            let k = rate.damping_field()?;
+            let value = |slot: &u32| self.index(k, *slot as usize).map_or(0.0, |i| s.slots[k][i]);
+            let node = self.layout.slot.iter().position(|slot| value(slot) < 0.0)?;
+            let (field, component) = name(k)?;
+            Some(Feeding {
+                field: field.name.clone(),
+                component: field.components.get(component).cloned().unwrap_or_default(),
+                fed: name(rate.slot)?.0.name.clone(),
+                node,
+                value: value(&self.layout.slot[node]),
+            })
+        })
     }
 
     /// Whether a state slot is more than zero for ever at a layout slot.

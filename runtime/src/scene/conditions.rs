@@ -1,5 +1,7 @@
 //! `[[initial]]`, `[[condition]]`, `[[indenter]]`, `[[no_fail]]`: what acts on the body, and where.
 
+use std::ops::Range;
+
 use super::document::{Data, Value};
 use super::problem::Problem;
 use super::section::Section;
@@ -14,18 +16,21 @@ use crate::spec::Spec;
 const WITHOUT_TIME: usize = 3;
 const WITH_TIME: usize = 4;
 
+/// Conditions, each with the place of its value.
+type Found = Vec<(Condition, Range<usize>)>;
+
 /// What a condition may set: key, quantity, unit, components.
 type Target = (String, Quantity, Exponents, usize);
 
 /// `[[initial]]`: values at t = 0.
-pub(super) fn initial(section: Section<'_>, spec: &Spec) -> Option<Vec<Condition>> {
+pub(super) fn initial(section: Section<'_>, spec: &Spec) -> Option<Found> {
     let mut targets = motion(spec);
     targets.extend(fields(spec));
     read(section, &targets, spec, WITHOUT_TIME)
 }
 
 /// `[[condition]]`: values that hold for all time.
-pub(super) fn condition(section: Section<'_>, spec: &Spec) -> Option<Vec<Condition>> {
+pub(super) fn condition(section: Section<'_>, spec: &Spec) -> Option<Found> {
     let mut targets = motion(spec);
     if !spec.force.is_empty() {
         targets.push((
@@ -77,7 +82,7 @@ fn read(
     targets: &[Target],
     spec: &Spec,
     coordinates: usize,
-) -> Option<Vec<Condition>> {
+) -> Option<Found> {
     let dim = spec.dim;
     let region = region(&section, dim);
     let mirrored = coordinates == WITH_TIME && section.value("mirror").is_some();
@@ -106,7 +111,10 @@ fn read(
     }
     let values: Vec<_> = given
         .iter()
-        .map(|t| value(&section, t, coordinates))
+        .filter_map(|t| {
+            let place = section.value(&t.0)?.span.clone();
+            Some((value(&section, t, coordinates), place))
+        })
         .collect();
     if mirror.is_some()
         && let Some(place) = section.value("mirror")
@@ -124,14 +132,15 @@ fn read(
     given
         .iter()
         .zip(values)
-        .map(|(t, value)| {
-            Some(Condition {
+        .map(|(t, (value, place))| {
+            let condition = Condition {
                 region: region.clone(),
                 quantity: t.1.clone(),
                 value: value?,
                 mirror,
                 until: until?,
-            })
+            };
+            Some((condition, place))
         })
         .collect()
 }

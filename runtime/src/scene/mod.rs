@@ -71,13 +71,15 @@ pub struct Scene {
 }
 
 /// The text, for problems that show only when the body is built.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 struct Source {
     path: String,
     text: String,
     body: Range<usize>,
-    /// Of the first matching boundary.
-    matching: Range<usize>,
+    /// Of the entries of the lists of a scene.
+    matching: Vec<Range<usize>>,
+    initial: Vec<Range<usize>>,
+    conditions: Vec<Range<usize>>,
 }
 
 impl Scene {
@@ -114,8 +116,7 @@ impl Scene {
             let source = Source {
                 path: shown.clone(),
                 text: text.into(),
-                body: 0..0,
-                matching: 0..0,
+                ..Source::default()
             };
             let root = Section::new(&reader, "the scene", text.len()..text.len(), &entries);
             if let Some(scene) = read(root, name, source)
@@ -161,7 +162,7 @@ fn read(root: Section<'_>, name: String, source: Source) -> Option<Scene> {
         "absorbing",
     ];
     let lists = lists.map(|k| root.sections(k));
-    let sides = lists[5].first().map_or(0..0, |s| s.span.clone());
+    let sides = lists[5].iter().map(|s| s.span.clone()).collect();
     let output = root.section("output");
     root.finish();
 
@@ -196,6 +197,8 @@ fn read(root: Section<'_>, name: String, source: Source) -> Option<Scene> {
 
     let (end, step, sleep) = time?;
     let (outputs, nodes_asked) = output?;
+    let (initial, initial_places) = initial?.into_iter().flatten().unzip();
+    let (conditions, condition_places) = conditions?.into_iter().flatten().unzip();
     Some(Scene {
         title: title.unwrap_or_else(|| name.clone()),
         directory: reader.directory.to_path_buf(),
@@ -204,8 +207,8 @@ fn read(root: Section<'_>, name: String, source: Source) -> Option<Scene> {
         family: family?,
         cracks: cracks?,
         no_fail: no_fail?,
-        initial: initial?.into_iter().flatten().collect(),
-        conditions: conditions?.into_iter().flatten().collect(),
+        initial,
+        conditions,
         indenters: indenters?,
         matching: matching?,
         absorbing: absorbing?,
@@ -219,6 +222,8 @@ fn read(root: Section<'_>, name: String, source: Source) -> Option<Scene> {
         source: Source {
             body: place,
             matching: sides,
+            initial: initial_places,
+            conditions: condition_places,
             ..source
         },
     })

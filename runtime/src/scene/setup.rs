@@ -11,7 +11,7 @@ use crate::body::Body;
 use crate::carve::carve;
 use crate::conditions::nodes_in;
 use crate::engine::Settings;
-use crate::error::InputError;
+use crate::error::{About, InputError};
 use crate::points::{self, Points};
 use crate::simulate::{Setup, Simulation};
 
@@ -199,14 +199,20 @@ impl Scene {
         }
     }
 
-    /// An error of the built body, at the key that it is about or at the scene's `[body]`.
+    /// An error of the built body, at what it is about or at the scene's `[body]`.
     fn problem(&self, error: InputError) -> Problems {
-        let key = match error.key {
-            Some("traversal") => self.family.traversal_place.clone(),
-            Some("matching") => Some(self.source.matching.clone()),
-            _ => None,
+        let source = &self.source;
+        let place = match error.about {
+            Some(About::Traversal) => self.family.traversal_place.as_ref(),
+            // Of two boundaries of one side the second is one too many.
+            Some(About::Matching(side)) => (self.matching.iter().zip(&source.matching))
+                .rfind(|(m, _)| m.sides.contains(&side))
+                .map(|(_, place)| place),
+            Some(About::Initial(k)) => source.initial.get(k),
+            Some(About::Condition(k)) => source.conditions.get(k),
+            None => None,
         };
-        self.problem_at(key.unwrap_or(self.source.body.clone()), error)
+        self.problem_at(place.unwrap_or(&source.body).clone(), error)
     }
 
     fn problem_at(&self, place: Range<usize>, error: InputError) -> Problems {
