@@ -332,7 +332,7 @@ impl Balance<'_> {
 }
 
 impl Conditions {
-    /// Finds the nodes of every condition and what each of them depends on.
+    /// Finds the nodes of every condition and what each of them depends on, for runs that start with the bonds of `state`.
     ///
     /// Errors as [`set_initial`].
     pub fn new(
@@ -340,6 +340,7 @@ impl Conditions {
         faces: &[Face],
         body: &Body,
         engine: &Engine,
+        state: &State,
     ) -> Result<Conditions, InputError> {
         let (mut displacement, mut velocity, mut mirrored) = (vec![], vec![], vec![]);
         let (mut force, mut field) = (vec![], vec![]);
@@ -373,7 +374,7 @@ impl Conditions {
         };
         let (half, field) = field.into_iter().partition(|d| at_half(d.component));
         let driven: [&[Driver]; 3] = [&displacement, &velocity, &mirrored];
-        let matched = Boundaries::new(faces, body, engine, &driven)?;
+        let matched = Boundaries::new(faces, body, engine, state, &driven)?;
         let loads = loaded(&force, body.flavour.dim(), engine.len());
         Ok(Conditions {
             displacement,

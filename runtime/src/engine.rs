@@ -27,7 +27,7 @@ mod unread;
 
 pub use crate::lane::Isa;
 pub use crate::law::Law;
-pub use crate::state::{FamilyState, State};
+pub use crate::state::{Bond, FamilyState, State};
 pub use convolution::ConvolutionReport;
 pub use error::SetupError;
 pub use levels::Grading;

@@ -48,6 +48,13 @@ impl Side {
         Side::NAMES[2 * self.axis + usize::from(self.high)]
     }
 
+    pub fn opposite(self) -> Side {
+        Side {
+            high: !self.high,
+            ..self
+        }
+    }
+
     /// All sides of a body of `dim` dimensions.
     pub fn all(dim: usize) -> impl Iterator<Item = Side> {
         (0..2 * dim).map(|k| Side {
@@ -114,8 +121,14 @@ impl std::fmt::Display for Face {
             self.side.name(),
             self.layers
         )?;
-        if self.strip.planes > 0 {
-            write!(f, ", short waves damped in {} more", self.strip.planes)?;
+        match (self.strip.planes, self.strip.cramped) {
+            (0, false) => {}
+            (0, true) => write!(f, ", no room to damp short waves in")?,
+            (planes, false) => write!(f, ", short waves damped in {planes} more")?,
+            (planes, true) => write!(
+                f,
+                ", short waves damped in {planes} more, as many as there is room for"
+            )?,
         }
         if let Some(normal) = self.components.get(self.side.axis) {
             if self.layers < normal.chain.looks {
@@ -169,13 +182,9 @@ impl Face {
         cell[self.side.axis].abs_diff(self.end) as usize
     }
 
-    /// How much a node exchanges with its neighbours in a step of `dt`, over the most.
-    pub(crate) fn share(&self, cell: [u32; 3]) -> f64 {
-        match self.depth(cell).checked_sub(self.layers) {
-            None if self.strip.planes > 0 => 1.0,
-            None => 0.0,
-            Some(inside) => self.strip.share(inside),
-        }
+    /// Rate at which the node of a cell exchanges velocity with its neighbours [1/s].
+    pub(crate) fn exchange(&self, cell: [u32; 3]) -> f64 {
+        self.strip.rate(self.depth(cell).checked_sub(self.layers))
     }
 }
 
@@ -215,9 +224,10 @@ pub(crate) fn faces(
                     "name every side once",
                 )));
             }
+            let both = list.iter().any(|m| m.sides.contains(&side.opposite()));
             let given = face(
                 matching,
-                *side,
+                (*side, both),
                 body,
                 law,
                 settings,
@@ -231,9 +241,10 @@ pub(crate) fn faces(
     Ok(faces)
 }
 
+/// `both`: whether the other end of the body has a boundary as well.
 fn face(
     matching: &Matching,
-    side: Side,
+    (side, both): (Side, bool),
     body: &Body,
     law: &Law,
     settings: &Settings,
@@ -293,8 +304,25 @@ fn face(
     }
     let layers = matching.layers.unwrap_or(looks);
     let usual = if dim > 1 { 2 * looks } else { 0 };
-    let planes = matching.smooth.unwrap_or(usual);
-    let strip = Strip::new(planes, dim, &chains[side.axis]);
+    let thick = thickness(side.axis, body);
+    // In the middle of the body a plane is left as it is.
+    let own = if both { (thick - 1) / 2 } else { thick - 1 };
+    let fits = own.saturating_sub(layers);
+    let planes = matching.smooth.unwrap_or(usual.min(fits));
+    if planes > fits {
+        return Err(InputError::new(
+            format!(
+                "the strip inside of the side {name} is to have {planes} planes of nodes, and the body is {thick} planes thick: \
+                 it would be damped as a whole"
+            ),
+            match fits {
+                0 => "there is no room for a strip: smooth = 0".to_string(),
+                _ => format!("at most {fits} fit: smooth = {fits}"),
+            },
+        ));
+    }
+    let mut strip = Strip::new(planes, dim, &chains[side.axis]);
+    strip.cramped = matching.smooth.is_none() && planes < usual;
     one_material(side, (end, layers.saturating_add(looks.max(planes))), body)?;
     let same = known.iter().find(|k| (k.0, k.1) == (side.axis, material));
     let components = match same {
@@ -427,23 +455,16 @@ fn one_material(side: Side, (end, deep): (u32, usize), body: &Body) -> Result<()
 
 /// Whether the body is thick enough for what stands on two opposite sides.
 fn room(faces: &[Face], body: &Body) -> Result<(), InputError> {
-    let along = |axis: usize| {
-        body.grid
-            .iter()
-            .flat_map(move |g| g.cell.iter().map(move |c| c[axis]))
-    };
     for axis in 0..body.flavour.dim() {
         let of_axis: Vec<&Face> = faces.iter().filter(|f| f.side.axis == axis).collect();
-        let (Some(first), Some(low), Some(high)) =
-            (of_axis.first(), along(axis).min(), along(axis).max())
-        else {
+        let Some(first) = of_axis.first() else {
             continue;
         };
         let inner = of_axis.iter().map(|f| f.deep()).max().unwrap_or(1);
         let needed = of_axis
             .iter()
             .fold(inner, |sum, f| sum.saturating_add(f.layers));
-        let planes = (high - low) as usize + 1;
+        let planes = thickness(axis, body);
         if planes < needed {
             return Err(InputError::new(
                 format!(
@@ -456,4 +477,11 @@ fn room(faces: &[Face], body: &Body) -> Result<(), InputError> {
         }
     }
     Ok(())
+}
+
+/// Planes of nodes from one side of a lattice to the other.
+fn thickness(axis: usize, body: &Body) -> usize {
+    let along = || (body.grid.iter()).flat_map(|g| g.cell.iter().map(move |c| c[axis]));
+    let (low, high) = (along().min().unwrap_or(0), along().max().unwrap_or(0));
+    (high - low) as usize + 1
 }

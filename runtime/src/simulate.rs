@@ -196,7 +196,7 @@ impl Simulation {
         engine
             .settle(&mut state)
             .map_err(|s| strayed(&s, &setup.body, &setup.initial))?;
-        let conditions = Conditions::new(&setup.conditions, &faces, &setup.body, &engine)?;
+        let conditions = Conditions::new(&setup.conditions, &faces, &setup.body, &engine, &state)?;
         conditions.start(&setup.body, &mut state);
         let lists = (&setup.initial[..], &setup.conditions[..]);
         damped(lists, &setup.body, &engine, &state)?;

@@ -20,6 +20,13 @@ pub struct State {
     pub families: Vec<FamilyState>,
 }
 
+/// Where a bond is found in [`FamilyState::intact`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Bond {
+    pub(crate) row: u32,
+    pub(crate) bit: u8,
+}
+
 /// Bonds of one family.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct FamilyState {
@@ -49,6 +56,12 @@ impl FamilyState {
             stamp: fresh(),
             memory: fresh(),
         }
+    }
+
+    /// Whether a bond is intact.
+    #[inline]
+    pub fn holds(&self, bond: Bond) -> bool {
+        self.intact[bond.row as usize] & bond.bit != 0
     }
 
     /// Says that `intact` was changed.

@@ -159,6 +159,111 @@ fn waves_at_all_angles_leave_for_good() {
     }
 }
 
+/// The shortest waves lose 0.3 of their velocity while the fastest wave travels a spacing, less and less inwards. In so
+/// short a step forces change nothing yet.
+#[test]
+fn the_strip_takes_what_it_says() {
+    for (flavour, size, signs) in [
+        ("bar", [40.0, 0.0, 0.0], "cos(pi*x)"),
+        ("plane_stress", [40.0, 12.0, 0.0], "cos(pi*x)*cos(pi*y)"),
+    ] {
+        let dim = if flavour == "bar" { 1 } else { 2 };
+        let velocity = vec![format!("\"{signs}\""); dim].join(", ");
+        let rest = format!(
+            "[[initial]]\nvelocity = [{velocity}]\n[[matching]]\nsides = \"-x\"\nsmooth = 10\n\
+             [time]\nsteps = 1\ndt = 1e-6\n"
+        );
+        let text = hump(flavour, size, LPS, &rest).replace("0.01*exp", "0*exp");
+        let text = match dim {
+            1 => text.replace("flavour", "anchor = [0]\nflavour"),
+            _ => text.replace("flavour", "anchor = [0, 0]\nperiodic = [\"y\"]\nflavour"),
+        };
+        let sim = finished(&text);
+        let face = &sim.faces[0];
+        let c = face.components[0].chain.series(1)[0];
+        let cells = &sim.body.grid.as_ref().expect("a lattice").cell;
+        let (mut inside, mut first) = (0, f64::NAN);
+        for (node, cell) in cells.iter().enumerate() {
+            let Some(deep) = (cell[0] as usize).checked_sub(face.layers) else {
+                continue;
+            };
+            for v in &sim.state.v {
+                let v = v[sim.engine.slot(node)].abs();
+                let share = (10.0 - deep as f64).max(0.0) / 10.0;
+                let lost = (1.0 - v) / (0.3 * c * 1e-6);
+                // The last plane has no neighbour behind it, and the share of the boundary is that of the first.
+                if deep > 0 && deep != 9 {
+                    assert!((lost - share).abs() < 1e-3, "{flavour} {deep}: {lost}");
+                    inside += 1;
+                }
+                first = if deep == 1 { lost } else { first };
+            }
+        }
+        assert!(inside > 20 && first > 0.8, "{flavour}: {inside} {first}");
+    }
+}
+
+/// The halves of a cut body know nothing of each other, although they are neighbours in the strip.
+#[test]
+fn no_velocity_goes_across_a_crack() {
+    let rest = "[[crack]]\nsegment = { from = [-1, 10], to = [41, 10] }\n[[matching]]\nsides = [\"-x\", \"+x\"]\n\
+                [time]\nuntil = 30\n";
+    let text = hump("plane_stress", [40.0, 20.0, 0.0], LPS, rest);
+    let above = text.replace("\"0.01*exp", "\"select(y > 10, 1, 0)*0.01*exp");
+    assert_ne!(text, above);
+    let largest = |text: &str, below: bool| {
+        let sim = finished(text);
+        let u = displacements(&sim);
+        let nodes = sim.body.x.iter().enumerate();
+        let here = nodes.filter(|(_, x)| (x[1] < 10.0) == below);
+        let of = |n: usize| u.iter().map(move |u| u[n].abs());
+        here.flat_map(|(n, _)| of(n).collect::<Vec<_>>())
+            .fold(0.0, f64::max)
+    };
+    assert!(largest(&above, false) > 1e-5);
+    assert_eq!(largest(&above, true), 0.0);
+}
+
+/// A bond that breaks in the strip during a run: what is inside of it goes on as if alone.
+#[test]
+fn no_velocity_goes_across_a_bond_that_broke() {
+    let bar = |s0: f64| {
+        let law = format!("model = \"pmb\"\nK = 0.6\ns0 = {s0}");
+        let rest = "[[initial]]\nregion = { box = { from = [6], to = [40] } }\nvelocity = [0.1]\n\
+                    [[matching]]\nsides = \"-x\"\nsmooth = 20\n[time]\nsteps = 20\ndt = 0.1\n";
+        let text = hump("bar", [40.0, 0.0, 0.0], &law, rest).replace("0.01*exp", "0*exp");
+        let sim = finished(&text.replace("horizon = 2\n", "horizon = 1.1\n"));
+        let slots = sim.engine.slots().iter();
+        let v: Vec<f64> = slots.map(|s| sim.state.v[0][*s as usize]).collect();
+        (v, sim.row.left)
+    };
+    let (v, left) = bar(1e-4);
+    assert!(v[..6].iter().all(|v| *v == 0.0), "{v:?}");
+    assert!(v[6..].iter().all(|v| *v == 0.1), "{v:?}");
+    assert_eq!(left, 0.0);
+    let (v, left) = bar(1.0);
+    assert!(v[5] > 0.01 && v[6] < 0.09 && left > 0.0, "{v:?} {left}");
+}
+
+/// A strip of several tasks: sums do not depend on who computes them.
+#[test]
+fn threads_change_no_bit() {
+    let time = "smooth = 20\n[time]\nsteps = 10\ndt = 0.3\n";
+    let text = hump(
+        "plane_stress",
+        [150.0, 90.0, 0.0],
+        LPS,
+        &format!("{ALL}{time}"),
+    );
+    let of = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        let sim = pool.build().expect("threads").install(|| finished(&text));
+        (displacements(&sim), sim.row.left)
+    };
+    let (one, four) = (of(1), of(4));
+    assert!(one == four && one.1 > 0.0, "{} {}", one.1, four.1);
+}
+
 /// Up to the moment at which the first waves of a wider body would be back nothing tells the two apart: boundaries of the
 /// order 1 send back a part in a hundred of waves this short.
 #[test]

@@ -107,6 +107,7 @@ impl Boundaries {
         faces: &[Face],
         body: &Body,
         engine: &Engine,
+        state: &State,
         driven: &[&[Driver]],
     ) -> Result<Boundaries, InputError> {
         let mut list = Vec::new();
@@ -165,7 +166,7 @@ impl Boundaries {
                 list.push(matched);
             }
         }
-        let strips = Smoothed::of(faces, body, engine, driven);
+        let strips = Smoothed::of(faces, body, engine, state, driven);
         Ok(Boundaries(list, strips))
     }
 

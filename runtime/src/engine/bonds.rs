@@ -1,5 +1,5 @@
 //! Precracks, no-fail zones, damage.
-use super::{Engine, State};
+use super::{Bond, Engine, State};
 use crate::layout::{Family, Met};
 use crate::traverse::CHUNK;
 use rayon::prelude::*;
@@ -38,6 +38,21 @@ impl Engine {
         let home = self.layout.position(far);
         let image = std::array::from_fn(|k| a[k] + (home[k] - b[k]));
         ordered(a, b) || ordered(image, home)
+    }
+
+    /// The bond of the whole horizon from one slot to another, if there is one.
+    pub fn bond(&self, from: usize, to: usize) -> Option<Bond> {
+        let (family, (chunk, lane)) = (&self.families[0], self.layout.place(from));
+        let mut rows = family.rows(chunk).filter(|row| {
+            family.present[*row] >> lane & 1 == 1 && {
+                let other = family.other(&self.layout, chunk, *row, lane);
+                self.layout.ghosts.origin(other) == to
+            }
+        });
+        rows.next().map(|row| Bond {
+            row: row as u32,
+            bit: 1 << lane,
+        })
     }
 
     /// Bonds with an end where `nodes` (user order) holds never break.

@@ -185,9 +185,14 @@ impl Bar<'_> {
             k if k > planes => 1.0,
             k => self.strip.share((k - 1).min(planes - k)),
         };
+        // Planes behind the strip take no part.
+        let both = |a: usize, b: usize| match share(a).min(share(b)) {
+            0.0 => 0.0,
+            _ => 0.5 * (share(a) + share(b)),
+        };
         for (k, v) in v.iter_mut().enumerate() {
             for (a, b) in [(k + 1, k), (k + 1, k + 2)] {
-                *v += most * 0.5 * (share(a) + share(b)) * (whole[b] - whole[a]);
+                *v += most * both(a, b) * (whole[b] - whole[a]);
             }
         }
     }
