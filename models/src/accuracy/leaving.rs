@@ -425,12 +425,20 @@ fn three() -> Result<Vec<Measure>, String> {
         }
         let quantity = |end: End| format!("{}: {}", wave.name(), end.name());
         let [one, layer] = [End::Matching(1), End::Layer(20, USUAL)];
-        rows.push(match wave {
+        let row = |end: End, reference: f64, tolerance| {
+            Ok::<_, String>(Measure::new(
+                quantity(end),
+                left(end)?,
+                reference,
+                tolerance,
+            ))
+        };
+        rows.extend(match wave {
+            Wave::Long => [row(one, far, Off(1e-5))?, row(layer, far, Off(1e-5))?],
+            Wave::Square => [row(one, far, Off(5e-4))?, row(layer, far, Off(1e-5))?],
             // (1 - cos a)/(1 + cos a) of the amplitude is a third, of which the strip takes its part.
-            Wave::Short => Measure::new(quantity(one), left(one)?, 1.0 / 9.0, AtMost),
-            _ => Measure::new(quantity(one), left(one)?, far, Off(1e-3)),
+            Wave::Short => [row(one, 1.0 / 9.0, AtMost)?, row(layer, far, Off(1e-3))?],
         });
-        rows.push(Measure::new(quantity(layer), left(layer)?, far, Off(1e-3)));
     }
     Ok(rows)
 }

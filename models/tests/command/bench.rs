@@ -195,3 +195,40 @@ fn studies_are_named() {
         ],
     );
 }
+
+/// One length of wave, as it stands in docs/waves.md.
+#[test]
+fn ends_are_compared_on_packets_of_waves() {
+    let line = "bench waves --json --only";
+    let words = |case| line.split(' ').chain([case]).collect::<Vec<&str>>();
+    let rows: Vec<serde_json::Value> =
+        serde_json::from_str(&pdlang(&words("straight on, 6"), 0)).expect("an array");
+    let page = include_str!("../../../docs/waves.md");
+    let cells = |start: &str| -> Vec<&str> {
+        let line = page.lines().find(|line| line.starts_with(start));
+        let line = line.expect("the table").trim_matches('|');
+        line.split('|').map(str::trim).collect()
+    };
+    let (ends, known) = (cells("| length in spacings |"), cells("| 6 |"));
+    assert_eq!(rows.len(), known.len() - 1, "{rows:?}");
+    for row in &rows {
+        assert_eq!(row["case"], "longitudinal, straight on, 6");
+        let column = ends.iter().position(|end| row["end"] == *end);
+        let known = known[column.expect("a column of the end")];
+        let known: f64 = match known.strip_suffix(" %") {
+            Some(percent) => percent.parse::<f64>().expect("a number") / 100.0,
+            None => known.parse().expect("a number"),
+        };
+        let left = row["left"].as_f64().expect("a number");
+        // Two digits.
+        assert!((left / known - 1.0).abs() < 0.05, "{row}: {known}");
+    }
+    mentions(
+        &pdlang(&words("sideways"), 1),
+        &[
+            "there is no case `sideways`",
+            "all angles",
+            "transverse, 45",
+        ],
+    );
+}

@@ -16,7 +16,7 @@ use serde_json::{Value, json};
 use super::super::models::json_flag;
 use super::super::run::threads;
 use super::super::table::Table;
-use super::super::{Failure, Outcome};
+use super::super::{Failure, Outcome, input_error};
 use super::{one_thread, progress};
 
 /// Points of a curve of energies.
@@ -26,6 +26,8 @@ const LENGTHS: [f64; 6] = [6.0, 10.0, 20.0, 40.0, 80.0, 160.0];
 /// Of the length of waves against the angle [spacings].
 const LENGTH: f64 = 20.0;
 const COLUMNS: [&str; 6] = ["case", "end", "left", "nodes", "step", "bytes"];
+/// The case of what a node of a layer costs.
+const NODE: &str = "layer";
 /// Title of the curves against length.
 const STRAIGHT: &str = "longitudinal, straight on";
 const STEPS: u64 = 200;
@@ -49,6 +51,12 @@ fn ends() -> Vec<(String, End)> {
 pub fn command() -> Command {
     Command::new("waves")
         .about("Compare absorbing layers and matching boundaries: what comes back, nodes spent, time of a step")
+        .arg(
+            Arg::new("only")
+                .long("only")
+                .value_name("TEXT")
+                .help("Cases with this in their names: \"all angles\", \"transverse, 45\""),
+        )
         .arg(
             Arg::new("plot")
                 .long("plot")
@@ -80,79 +88,107 @@ struct Chart {
     falls: bool,
 }
 
+impl Chart {
+    fn is_a_curve(&self) -> bool {
+        self.series.iter().any(|s| s.points.len() > 1)
+    }
+}
+
+/// Packets of which a curve is asked for.
+struct Curve {
+    title: &'static str,
+    x: &'static str,
+    packets: Vec<(f64, Packet)>,
+}
+
+fn curves() -> [Curve; 3] {
+    let against_angle = |title, transverse: bool| Curve {
+        title,
+        x: "angle [degrees]",
+        packets: ANGLES
+            .map(|a| (a, Packet::of(transverse, a, LENGTH)))
+            .into(),
+    };
+    [
+        against_angle("longitudinal", false),
+        against_angle("transverse", true),
+        Curve {
+            title: STRAIGHT,
+            x: "wave length / spacing",
+            packets: LENGTHS.map(|l| (l, Packet::of(false, 0.0, l))).into(),
+        },
+    ]
+}
+
+fn packet_name(title: &str, at: f64) -> String {
+    format!("{title}, {at}")
+}
+
+/// What `--only` leaves.
+struct Asked {
+    waves: Vec<Wave>,
+    node: bool,
+    curves: [Curve; 3],
+}
+
+impl Asked {
+    fn new(matches: &ArgMatches) -> Result<Asked, Failure> {
+        let only = matches.get_one::<String>("only");
+        let is = |case: &str| only.is_none_or(|only| case.contains(only.as_str()));
+        let mut asked = Asked {
+            waves: Wave::ALL.to_vec(),
+            node: is(NODE),
+            curves: curves(),
+        };
+        asked.waves.retain(|wave| is(wave.name()));
+        for curve in &mut asked.curves {
+            (curve.packets).retain(|(at, _)| is(&packet_name(curve.title, *at)));
+        }
+        if asked.cases() > 0 || asked.node {
+            return Ok(asked);
+        }
+        let waves = Wave::ALL.map(|wave| format!("\"{}\"", wave.name()));
+        Err(input_error(
+            format!("there is no case `{}`", only.map_or("", String::as_str)),
+            format!(
+                "give a part of a name: {}, \"{NODE}\", \"transverse, 45\" (degrees), \"{STRAIGHT}, 20\" (spacings)",
+                waves.join(", ")
+            ),
+        ))
+    }
+
+    /// Steps of the progress bar.
+    fn cases(&self) -> usize {
+        let packets: usize = self.curves.iter().map(|c| c.packets.len()).sum();
+        self.waves.len() * End::ALL.len() + packets
+    }
+}
+
 pub fn execute(matches: &ArgMatches) -> Outcome {
     threads(matches)?;
+    let asked = Asked::new(matches)?;
     let json = matches.get_flag("json");
-    let bar = progress(Wave::ALL.len() * End::ALL.len() + 2 * ANGLES.len() + LENGTHS.len());
+    let bar = progress(asked.cases());
     let failed = |why: String| Failure::Run(format!("error: {why}"));
     let mut table = Table::new(&COLUMNS);
     let mut energies = Vec::new();
-    for wave in Wave::ALL {
-        let of = |end: End| {
-            wave.case(end)
-                .and_then(|(case, _)| cost(&case))
-                .map_err(failed)
-        };
-        let plain = of(End::Free)?;
-        let mut series = Vec::new();
-        for end in End::ALL {
-            bar.set_message(format!("{}, {}", wave.name(), end.name()));
-            let points = wave.energies(end, SAMPLES).map_err(failed)?;
-            let left = points.last().map_or(f64::NAN, |p| p.1);
-            let nodes = wave.spent(end).map_err(failed)?;
-            let cost = of(end)?;
-            table.row(row(
-                json,
-                wave.name(),
-                &end.name(),
-                &[left, nodes, cost[0] / plain[0], cost[1] / plain[1]],
-            ));
-            series.push(Series {
-                name: end.name(),
-                points,
-            });
-            bar.inc(1);
-        }
-        energies.push(Chart {
-            title: wave.name().into(),
-            x: "time / that of the run",
-            y: "energy inside / that of the start",
-            series,
-            falls: true,
-        });
+    for wave in &asked.waves {
+        energies.push(three(*wave, &mut table, json, &bar).map_err(failed)?);
     }
-    let node = of_a_node().map_err(failed)?;
-    let name = "a node with damping over one without";
-    table.row(row(
-        json,
-        "layer",
-        name,
-        &[f64::NAN, f64::NAN, node[0], node[1]],
-    ));
-    let of_angle = |transverse: bool, angle: f64| Packet::of(transverse, angle, LENGTH);
-    let mut against_angle = Vec::new();
-    for transverse in [false, true] {
-        let title = if transverse {
-            "transverse"
-        } else {
-            "longitudinal"
-        };
-        let packets: Vec<_> = ANGLES.map(|a| (a, of_angle(transverse, a))).into();
-        against_angle.push(
-            reflected(title, "angle [degrees]", &packets, &mut table, json, &bar)
-                .map_err(failed)?,
-        );
+    if asked.node {
+        let node = of_a_node().map_err(failed)?;
+        let name = "a node with damping over one without";
+        table.row(row(
+            json,
+            NODE,
+            name,
+            &[f64::NAN, f64::NAN, node[0], node[1]],
+        ));
     }
-    let packets: Vec<_> = LENGTHS.map(|l| (l, Packet::of(false, 0.0, l))).into();
-    let against_length = reflected(
-        STRAIGHT,
-        "wave length / spacing",
-        &packets,
-        &mut table,
-        json,
-        &bar,
-    )
-    .map_err(failed)?;
+    let mut reflections = Vec::new();
+    for curve in &asked.curves {
+        reflections.push(reflected(curve, &mut table, json, &bar).map_err(failed)?);
+    }
     bar.finish_and_clear();
     table.print(json);
     let Some(folder) = matches.get_one::<PathBuf>("plot") else {
@@ -160,17 +196,57 @@ pub fn execute(matches: &ArgMatches) -> Outcome {
     };
     std::fs::create_dir_all(folder)
         .map_err(|why| Failure::plain(format!("cannot make {}: {why}", folder.display())))?;
-    let lengths = [against_length];
     for (name, charts, log) in [
         ("waves-energy.svg", &energies[..], false),
-        ("waves-angle.svg", &against_angle[..], false),
-        ("waves-length.svg", &lengths[..], true),
+        ("waves-angle.svg", &reflections[..2], false),
+        ("waves-length.svg", &reflections[2..], true),
     ] {
+        let charts: Vec<&Chart> = charts.iter().filter(|chart| chart.is_a_curve()).collect();
+        if charts.is_empty() {
+            continue;
+        }
         let path = folder.join(name);
-        draw(&path, charts, log)
+        draw(&path, &charts, log)
             .map_err(|why| Failure::plain(format!("cannot draw {}: {why}", path.display())))?;
     }
     Ok(())
+}
+
+/// Energies left of a wave, and what its ends cost.
+fn three(
+    wave: Wave,
+    table: &mut Table,
+    json: bool,
+    bar: &indicatif::ProgressBar,
+) -> Result<Chart, String> {
+    let of = |end: End| wave.case(end).and_then(|(case, _)| cost(&case));
+    let plain = of(End::Free)?;
+    let mut series = Vec::new();
+    for end in End::ALL {
+        bar.set_message(format!("{}, {}", wave.name(), end.name()));
+        let points = wave.energies(end, SAMPLES)?;
+        let left = points.last().map_or(f64::NAN, |p| p.1);
+        let nodes = wave.spent(end)?;
+        let cost = of(end)?;
+        table.row(row(
+            json,
+            wave.name(),
+            &end.name(),
+            &[left, nodes, cost[0] / plain[0], cost[1] / plain[1]],
+        ));
+        series.push(Series {
+            name: end.name(),
+            points,
+        });
+        bar.inc(1);
+    }
+    Ok(Chart {
+        title: wave.name().into(),
+        x: "time / that of the run",
+        y: "energy inside / that of the start",
+        series,
+        falls: true,
+    })
 }
 
 fn row(json: bool, case: &str, end: &str, values: &[f64]) -> Vec<Value> {
@@ -186,9 +262,7 @@ fn row(json: bool, case: &str, end: &str, values: &[f64]) -> Vec<Value> {
 }
 
 fn reflected(
-    title: &str,
-    x: &'static str,
-    packets: &[(f64, Packet)],
+    curve: &Curve,
     table: &mut Table,
     json: bool,
     bar: &indicatif::ProgressBar,
@@ -201,19 +275,20 @@ fn reflected(
             points: Vec::new(),
         })
         .collect();
-    for (at, packet) in packets {
-        bar.set_message(format!("{title}, {at}"));
+    for (at, packet) in &curve.packets {
+        let name = packet_name(curve.title, *at);
+        bar.set_message(name.clone());
         let of: Vec<End> = ends.iter().map(|(_, end)| *end).collect();
         let found = packet.reflections(&of)?;
-        for ((series, value), (name, _)) in series.iter_mut().zip(found).zip(&ends) {
-            table.row(row(json, &format!("{title}, {at}"), name, &[value]));
+        for ((series, value), (end, _)) in series.iter_mut().zip(found).zip(&ends) {
+            table.row(row(json, &name, end, &[value]));
             series.points.push((*at, value));
         }
         bar.inc(1);
     }
     Ok(Chart {
-        title: title.into(),
-        x,
+        title: curve.title.into(),
+        x: curve.x,
         y: "amplitude that comes back",
         series,
         falls: false,
@@ -249,7 +324,7 @@ fn of_a_node() -> Result<[f64; 2], String> {
 }
 
 /// Charts side by side, their curves over a logarithmic axis of what comes back.
-fn draw(path: &Path, charts: &[Chart], log: bool) -> Result<(), Box<dyn Error>> {
+fn draw(path: &Path, charts: &[&Chart], log: bool) -> Result<(), Box<dyn Error>> {
     let each = if charts.len() == 1 { 620 } else { 460 };
     let root = SVGBackend::new(path, (each * charts.len() as u32, 430)).into_drawing_area();
     root.fill(&WHITE)?;
