@@ -203,6 +203,28 @@ fn the_strip_takes_what_it_says() {
     }
 }
 
+/// The usual strip has eight planes behind four of the boundary; twenty planes have room for five at either end, so that one
+/// at least is left as it is.
+#[test]
+fn a_thin_body_keeps_its_middle() {
+    let of = |matching: &str| {
+        let rest = format!("{matching}[time]\nsteps = 1\n");
+        let sim = simulation(&hump("plane_stress", [20.0, 40.0, 0.0], LPS, &rest));
+        let one = |f: &pdlang_runtime::matching::Face| (f.strip.planes, f.to_string());
+        sim.faces.iter().map(one).collect::<Vec<_>>()
+    };
+    let faces = of(ALL);
+    let planes: Vec<usize> = faces.iter().map(|f| f.0).collect();
+    assert_eq!(planes, [5, 5, 8, 8]);
+    for (planes, text) in &faces {
+        let cramped = text.contains("as many as there is room for");
+        assert_eq!(cramped, *planes == 5, "{text}");
+    }
+    // The other end is free: its half is there too.
+    assert_eq!(of("[[matching]]\nsides = \"-x\"\n")[0].0, 8);
+    assert_eq!(of("[[matching]]\nsides = \"-x\"\nsmooth = 15\n")[0].0, 15);
+}
+
 /// The halves of a cut body know nothing of each other, although they are neighbours in the strip.
 #[test]
 fn no_velocity_goes_across_a_crack() {

@@ -105,6 +105,12 @@ fn a_plan_says_what_is_computed_and_what_not() {
     has(&computed, "nodes at rest: the scene");
     has(&computed, "pictures: ");
     assert!(!dir.join("out").exists(), "a plan leaves no files");
+    // Three columns of twenty.
+    let held = "[[no_fail]]\nregion = { box = { from = [0, 0], to = [\"3 mm\", \"20 mm\"] } }\n";
+    let held = write(dir.join("held.toml"), &format!("{PLATE}{held}{time}"));
+    let [computed, _] = planned(&held);
+    let holds = |i: &String| i.ends_with("; bonds with an end in one of 60 nodes hold");
+    assert!(computed.iter().any(holds), "{computed:#?}");
 }
 
 /// A plan says where a convolution is faster, and what it does where it is chosen.
