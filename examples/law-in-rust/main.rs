@@ -7,7 +7,9 @@
 
 use pdlang_macros::{include_model, model};
 use pdlang_runtime::body::{Body, Flavour, Grid};
-use pdlang_runtime::engine::{Breaking, Engine, Law, Settings, SetupError, State, Traversal};
+use pdlang_runtime::engine::{
+    Breaking, Engine, Law, Precision, Settings, SetupError, State, Traversal,
+};
 use pdlang_runtime::kernel::CompiledLaw;
 
 // Becomes `mod spring` with `static LAW`. Nobody wrote a force: it is derived from the energy W.
@@ -108,6 +110,7 @@ fn settings(law: &Law, params: Vec<f64>) -> Settings {
         without: vec![],
         traversal: Traversal::Auto,
         isa: None,
+        precision: Precision::Double,
     }
 }
 

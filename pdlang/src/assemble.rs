@@ -12,6 +12,7 @@ use crate::linear::{self, Keep, Linear};
 use crate::lower::{Lowering, Reading, stored_components, stored_names};
 use crate::poly::{Algebra, Atom, AtomId, Func, Poly, StateKind};
 use crate::schedule::{Responses, Schedule};
+use crate::single;
 use crate::spec::{
     FamilySpec, FieldSpec, HistorySpec, InfluenceFn, InfluenceSpec, Number, ParamSpec, PartSpec,
     RateSpec, SlotKind, Spec, SweepSpec, WeightSpec,
@@ -175,6 +176,7 @@ pub fn watched(
         slots: schedule.slots,
     };
     store_on_parts(&mut spec);
+    single::mark(&mut spec);
     Ok(spec)
 }
 

@@ -31,6 +31,7 @@ pub mod ratio;
 mod resolve;
 pub mod rust;
 pub mod schedule;
+mod single;
 pub mod sound;
 pub mod span;
 pub mod spec;

@@ -55,9 +55,13 @@ fn dimension(spec: &Spec) -> TokenStream {
     let sweeps = compiled.iter().map(|(k, s)| sweep(*k, s, spec));
     let entries = compiled.iter().map(|(k, s)| {
         let name = type_name(*k, s);
-        let rare = (s.stage != Stage::Step).then(|| quote!(rare));
+        let kind = match (s.stage, s.single) {
+            (Stage::Step, false) => None,
+            (Stage::Step, true) => Some(quote!(single)),
+            _ => Some(quote!(rare)),
+        };
         let k = number(*k);
-        quote!((#k, ::pdlang_runtime::sweep_entries!(#rare #name, #dim)))
+        quote!((#k, ::pdlang_runtime::sweep_entries!(#kind #name, #dim)))
     });
     quote! {
         pub mod #module {

@@ -154,6 +154,8 @@ pub struct SweepSpec {
     pub family: u32,
     pub reference: bool,
     pub kills: bool,
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub single: bool,
     pub own: Vec<u32>,
     pub nbr: Vec<u32>,
     pub out: Vec<u32>,

@@ -111,6 +111,7 @@ pub fn write(
         family: w.family.0,
         reference: over.is_some_and(|(_, r)| r == Reduction::Sum0),
         kills: !draft.kills.is_empty(),
+        single: false,
         own: w.own,
         nbr: w.nbr,
         out,

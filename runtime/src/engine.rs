@@ -20,6 +20,7 @@ pub(crate) mod records;
 mod redo;
 mod run;
 mod setup;
+mod single;
 mod sleep;
 #[cfg(test)]
 pub(crate) mod tests;
@@ -65,6 +66,7 @@ pub struct Settings {
     pub traversal: Traversal,
     /// None: the best that the processor has.
     pub isa: Option<Isa>,
+    pub precision: Precision,
 }
 
 impl Settings {
@@ -89,6 +91,16 @@ pub enum Traversal {
     Cloud,
     /// The lattice, its sums over bonds as convolutions.
     Convolution,
+}
+
+/// Of the sums over bonds at every step. All else, and what is stored, is in double precision.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Precision {
+    #[default]
+    Double,
+    /// On a lattice, for sums in which nothing that stays as it is meets what moves ([`crate::spec::SweepSpec::single`]): about seven
+    /// digits, of displacements as well. Double precision on a processor without AVX2.
+    Single,
 }
 
 /// Whether a force evaluation may break bonds.
@@ -217,6 +229,8 @@ pub struct Engine {
     redo: redo::Redo,
     sleep: sleep::Sleep,
     convolution: Option<Box<convolution::Convolution>>,
+    /// What sums in single precision read of nodes.
+    rounded: single::Rounded,
     /// Slots that share an array, as nobody reads them.
     unread: BTreeSet<usize>,
 }

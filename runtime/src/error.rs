@@ -16,6 +16,7 @@ pub struct InputError {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum About {
     Traversal,
+    Precision,
     /// The matching boundary of this side.
     Matching(Side),
     /// Positions in the lists of a [`crate::simulate::Setup`].

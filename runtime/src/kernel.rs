@@ -151,9 +151,17 @@ pub struct Instances {
     pub cloud: [Run; 2],
 }
 
+/// Those of a lattice in single precision: AVX2, and AVX-512 with two chunks at a time; `[0]` and `[1]` as in [`Instances`].
+#[derive(Clone, Copy)]
+pub struct Singles {
+    pub avx2: [Run; 2],
+    pub wide: [Run; 2],
+}
+
 /// Every instance of one sweep.
 #[derive(Clone, Copy)]
 pub struct Entries {
+    pub single: Option<Singles>,
     pub scalar: Instances,
     #[cfg(target_arch = "x86_64")]
     pub avx2: Instances,
@@ -162,7 +170,8 @@ pub struct Entries {
 }
 
 /// The [`Entries`] of a unit struct that implements `Sweep<D>`: `sweep_entries!(Force, 3)`. With `rare` in front,
-/// for a sweep that does not run at every step: whole families then take the instance for any.
+/// for a sweep that does not run at every step: whole families then take the instance for any. With `single`, for one that
+/// may run in single precision.
 ///
 /// Every instance is a function of its own, not generic, so that they compile in parallel; each enables
 /// the instruction set for everything that is inlined into it.
@@ -175,9 +184,26 @@ macro_rules! sweep_entries {
         $crate::sweep_entries!(@avx2 c2 cloud_avx2 true, $sweep, $dim);
         $crate::sweep_entries!(@avx512 l5 lattice_avx512 true, $sweep, $dim);
         $crate::sweep_entries!(@avx512 c5 cloud_avx512 true, $sweep, $dim);
-        $crate::sweep_entries!(@entries [ls, ls] [cs, cs] [l2, l2] [c2, c2] [l5, l5] [c5, c5])
+        $crate::sweep_entries!(@entries None, [ls, ls] [cs, cs] [l2, l2] [c2, c2] [l5, l5] [c5, c5])
     }};
-    ($sweep:path, $dim:literal) => {{
+    (single $sweep:path, $dim:literal) => {{
+        $crate::sweep_entries!(@avx2 single_whole lattice_single false, $sweep, $dim);
+        $crate::sweep_entries!(@avx2 single_any lattice_single true, $sweep, $dim);
+        $crate::sweep_entries!(@avx512 wide_whole lattice_wide false, $sweep, $dim);
+        $crate::sweep_entries!(@avx512 wide_any lattice_wide true, $sweep, $dim);
+        #[cfg(target_arch = "x86_64")]
+        const SINGLE: Option<$crate::kernel::Singles> = Some($crate::kernel::Singles {
+            avx2: [single_whole, single_any],
+            wide: [wide_whole, wide_any],
+        });
+        #[cfg(not(target_arch = "x86_64"))]
+        const SINGLE: Option<$crate::kernel::Singles> = None;
+        $crate::sweep_entries!(@every SINGLE, $sweep, $dim)
+    }};
+    ($sweep:path, $dim:literal) => {
+        $crate::sweep_entries!(@every None, $sweep, $dim)
+    };
+    (@every $single:expr, $sweep:path, $dim:literal) => {{
         $crate::sweep_entries!(@scalar ls_whole lattice_scalar false, $sweep, $dim);
         $crate::sweep_entries!(@scalar ls_any lattice_scalar true, $sweep, $dim);
         $crate::sweep_entries!(@scalar cs_whole cloud_scalar false, $sweep, $dim);
@@ -190,11 +216,12 @@ macro_rules! sweep_entries {
         $crate::sweep_entries!(@avx512 l5_any lattice_avx512 true, $sweep, $dim);
         $crate::sweep_entries!(@avx512 c5_whole cloud_avx512 false, $sweep, $dim);
         $crate::sweep_entries!(@avx512 c5_any cloud_avx512 true, $sweep, $dim);
-        $crate::sweep_entries!(@entries
+        $crate::sweep_entries!(@entries $single,
             [ls_whole, ls_any] [cs_whole, cs_any] [l2_whole, l2_any] [c2_whole, c2_any] [l5_whole, l5_any] [c5_whole, c5_any])
     }};
-    (@entries $ls:tt $cs:tt $l2:tt $c2:tt $l5:tt $c5:tt) => {
+    (@entries $single:expr, $ls:tt $cs:tt $l2:tt $c2:tt $l5:tt $c5:tt) => {
         $crate::kernel::Entries {
+            single: $single,
             scalar: $crate::kernel::Instances { lattice: $ls, cloud: $cs },
             #[cfg(target_arch = "x86_64")]
             avx2: $crate::kernel::Instances { lattice: $l2, cloud: $c2 },

@@ -3,7 +3,7 @@ use crate::body::Flavour;
 use crate::carve::{Anchor, Carve, carve};
 use crate::conditions::{Condition, Expression, Mirror, Parity, Quantity};
 use crate::contact::{ContactLaw, Indenter};
-use crate::engine::{Law, Settings, Traversal};
+use crate::engine::{Law, Precision, Settings, Traversal};
 use crate::observe::{Files, Observer, Outputs, Picture, Row, Schedule, View};
 use crate::shape::Shape;
 use crate::simulate::{End, Setup, Simulation, StepRule};
@@ -54,6 +54,7 @@ pub(crate) fn block(cells: [f64; 3], flavour: Flavour, s0: f64) -> Setup {
             without: vec![],
             traversal: Traversal::Auto,
             isa: None,
+            precision: Precision::Double,
         },
         density: vec![1.0],
         initial: vec![],

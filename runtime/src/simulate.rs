@@ -6,7 +6,7 @@ use crate::conditions::{Condition, Conditions, Quantity, nodes_in, set_initial, 
 use crate::contact::{Contact, Indenter};
 use crate::density::Density;
 use crate::engine::{
-    Breaking, Engine, Feeding, Law, Settings, SetupError, State, Stray, Traversal,
+    Breaking, Engine, Feeding, Law, Precision, Settings, SetupError, State, Stray, Traversal,
 };
 use crate::error::{About, InputError};
 use crate::matching::{self, Face, Matching};
@@ -102,6 +102,8 @@ pub struct Simulation {
     /// Whether neighbours near the rim count in part, and the weights that are 1.
     pub partial_volume: bool,
     pub without: Vec<String>,
+    /// What the scene allows.
+    pub precision: Precision,
     /// The last row of the history.
     pub row: Row,
     pub timings: Timings,
@@ -180,10 +182,14 @@ impl Simulation {
         let no_fail = no_fail(&setup, &faces)?;
         let partial_volume = setup.settings.partial_volume;
         let without = setup.settings.without.clone();
+        let precision = setup.settings.precision;
         let mut engine =
             Engine::new(&setup.body, setup.law, setup.settings).map_err(|e| match e {
                 SetupError::Traversal(what, remedy) => {
                     InputError::new(what, remedy).about(About::Traversal)
+                }
+                SetupError::Precision(what, remedy) => {
+                    InputError::new(what, remedy).about(About::Precision)
                 }
                 e => InputError::new(e.to_string(), ""),
             })?;
@@ -236,6 +242,7 @@ impl Simulation {
             steps: 0,
             outputs: setup.outputs,
             partial_volume,
+            precision,
             without,
             row: Row::default(),
             timings: Timings::default(),

@@ -230,6 +230,10 @@ pub struct SweepSpec {
     pub reference: bool,
     /// True: the bond tape holds a `Kill`.
     pub kills: bool,
+    /// True: in no sum does what stays as it is meet what moves, so that single precision keeps the digits of small
+    /// displacements. Of sweeps of the steps.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub single: bool,
     /// Slots read at the node, slots read at the other end, slots written.
     pub own: Vec<u32>,
     pub nbr: Vec<u32>,

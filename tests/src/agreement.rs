@@ -10,7 +10,7 @@ use pdlang::oracle::{self, Oracle, Value};
 use pdlang_models::registry;
 pub use pdlang_models::verify::ask::{gather, per_node, spread};
 use pdlang_runtime::body::Body;
-use pdlang_runtime::engine::{self, Breaking, Engine, Isa, Traversal};
+use pdlang_runtime::engine::{self, Breaking, Engine, Isa, Precision, Traversal};
 use pdlang_runtime::spec::{InfluenceFn, RateSpec, Spec};
 
 use crate::{bodies, bridge, canaries, laws, naive, plain};
@@ -433,7 +433,12 @@ impl Question<'_> {
         traversal: Traversal,
         isa: Option<Isa>,
     ) -> Result<Engine, engine::SetupError> {
-        let settings = engine::Settings {
+        Engine::new(&self.body, law, self.settings(traversal, isa))
+    }
+
+    /// How an engine of this question is built.
+    pub fn settings(&self, traversal: Traversal, isa: Option<Isa>) -> engine::Settings {
+        engine::Settings {
             materials: vec![self.params.clone()],
             influences: self
                 .influences
@@ -447,8 +452,8 @@ impl Question<'_> {
             without: self.without.clone(),
             traversal,
             isa,
-        };
-        Engine::new(&self.body, law, settings)
+            precision: Precision::Double,
+        }
     }
 
     /// Calls `ask` with an engine of every form (tapes, and machine code where the law is compiled in), on every

@@ -1,7 +1,7 @@
 //! Engines on bodies of several materials, and where those are.
 
 use pdlang_runtime::body::Body;
-use pdlang_runtime::engine::{Engine, Isa, Law, Settings, State, Traversal};
+use pdlang_runtime::engine::{Engine, Isa, Law, Precision, Settings, State, Traversal};
 use pdlang_runtime::shape::Shape;
 use pdlang_runtime::spec::InfluenceSpec;
 
@@ -55,6 +55,7 @@ pub fn walked(
         without: vec![],
         traversal,
         isa: Some(isa),
+        precision: Precision::Double,
     };
     Engine::new(body, law, settings).expect("the body is valid")
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use pdlang_models::language::Pdlang;
 use pdlang_runtime::body::{Body, Flavour};
-use pdlang_runtime::engine::{Breaking, Engine, Settings, Traversal};
+use pdlang_runtime::engine::{Breaking, Engine, Precision, Settings, Traversal};
 use pdlang_runtime::scene::Scene;
 use pdlang_runtime::simulate::Simulation;
 use pdlang_tests::agreement::{Question, gather, influence, per_node, spread};
@@ -25,6 +25,7 @@ fn settings(question: &Question, levels: usize) -> Settings {
         without: vec![],
         traversal: Traversal::Auto,
         isa: None,
+        precision: Precision::Double,
     }
 }
 

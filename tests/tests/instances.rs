@@ -62,6 +62,15 @@ fn compiled_sweeps_are_counted() {
     };
     let steps: usize = laws().flatten().map(at_every_step).sum();
     assert_eq!((sweeps + steps) * INSTANCES_OF_A_RARE_SWEEP, 2214);
+    // On a lattice, AVX2 and AVX-512, whole families and any.
+    #[cfg(target_arch = "x86_64")]
+    {
+        let kernels = laws().flatten().flat_map(|law| law.kernels);
+        let single = kernels
+            .flat_map(|k| k.sweeps)
+            .filter(|(_, e)| e.single.is_some());
+        assert_eq!(4 * single.count(), 136);
+    }
 }
 
 /// How many of a law's compiled sweeps run at every step.

@@ -3,7 +3,7 @@
 
 use pdlang_models::language::Pdlang;
 use pdlang_runtime::body::{Body, Flavour};
-use pdlang_runtime::engine::{Breaking, Engine, Isa, Settings, State, Traversal};
+use pdlang_runtime::engine::{Breaking, Engine, Isa, Precision, Settings, State, Traversal};
 use pdlang_runtime::scene::Scene;
 use pdlang_tests::agreement::{Question, gather, per_node, spread};
 use pdlang_tests::materials::{beyond, engine, graded, state, walked};
@@ -370,6 +370,7 @@ fn wrong_materials_are_refused() {
         without: vec![],
         traversal: Traversal::Auto,
         isa: None,
+        precision: Precision::Double,
     };
     let set = laws::params(&law, &[]);
     for (materials, words) in [

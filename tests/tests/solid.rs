@@ -2,7 +2,7 @@
 //! what its weights do.
 
 use pdlang_runtime::body::{Body, Flavour};
-use pdlang_runtime::engine::{Breaking, Engine, Traversal};
+use pdlang_runtime::engine::{Breaking, Engine, Precision, Traversal};
 use pdlang_tests::agreement::Question;
 use pdlang_tests::{bodies, laws};
 
@@ -179,6 +179,7 @@ fn unknown_weights_are_refused() {
         without: question.without.clone(),
         traversal: Traversal::Auto,
         isa: None,
+        precision: Precision::Double,
     };
     let error = Engine::new(&question.body, question.interpreted(), settings).unwrap_err();
     assert!(error.to_string().contains("no weight `Gx`"), "{error}");

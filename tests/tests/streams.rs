@@ -3,7 +3,7 @@
 use pdlang_models::bench::scene;
 use pdlang_models::registry;
 use pdlang_runtime::body::Body;
-use pdlang_runtime::engine::{Engine, Law, Settings, Traversal};
+use pdlang_runtime::engine::{Engine, Law, Precision, Settings, Traversal};
 use pdlang_tests::{agreement, laws};
 
 /// A law of the catalogue in three dimensions.
@@ -23,6 +23,7 @@ fn engine(name: &str, body: &Body, partial_volume: bool, given: &[&[(&str, f64)]
         without: vec![],
         traversal: Traversal::Cloud,
         isa: None,
+        precision: Precision::Double,
     };
     Engine::new(body, Law::interpreted(spec), settings).expect("a valid scene")
 }

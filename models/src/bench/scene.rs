@@ -1,7 +1,7 @@
 //! The scene of every kernel measurement: a cubic lattice of n^3 nodes, horizon 3.015 dx. It is the same to the bit
 //! wherever it is made.
 use pdlang_runtime::body::{Body, Flavour, Grid};
-use pdlang_runtime::engine::{Engine, Isa, Law, Settings, SetupError, State, Traversal};
+use pdlang_runtime::engine::{Engine, Isa, Law, Precision, Settings, SetupError, State, Traversal};
 use pdlang_runtime::spec::InfluenceSpec;
 
 /// Lattice constant [m], horizon [m].
@@ -118,6 +118,7 @@ pub fn settings(law: &Law, params: Vec<f64>, traversal: Traversal, isa: Isa) -> 
         without: vec![],
         traversal,
         isa: Some(isa),
+        precision: Precision::Double,
     }
 }
 

@@ -20,7 +20,7 @@ use pdlang_models::bench::scene;
 use pdlang_models::bench::twin::{Elastic, Sums, Twin};
 use pdlang_models::registry;
 use pdlang_runtime::body::Body;
-use pdlang_runtime::engine::{Breaking, Engine, Isa, State, Traversal};
+use pdlang_runtime::engine::{Breaking, Engine, Isa, Precision, SetupError, State, Traversal};
 use serde_json::{Value, json};
 
 use super::models::json_flag;
@@ -43,7 +43,7 @@ const LAWS: [&str; 6] = [
     "heat",
     "correspondence_stabilised",
 ];
-const COLUMNS: [&str; 11] = [
+const COLUMNS: [&str; 12] = [
     "law",
     "body",
     "dimension",
@@ -55,6 +55,7 @@ const COLUMNS: [&str; 11] = [
     "twin_ns_per_bond",
     "wall_ns_per_bond",
     "bytes_per_bond",
+    "error",
 ];
 
 /// Threads of what is timed: one, unless more are asked for.
@@ -88,12 +89,21 @@ pub fn command() -> Command {
                 .value_parser(PossibleValuesParser::new(Isa::ALL.map(Isa::name)))
                 .help("Instruction set [default: the best that the processor has]"),
         )
+        .arg(
+            Arg::new("precision")
+                .long("precision")
+                .value_name("NAME")
+                .value_parser(["double", "single"])
+                .default_value("double")
+                .help("`single`: the lattice in both, in turn, for the laws that have it"),
+        )
         .arg(json_flag())
         .after_help(
             "Per directed bond and force evaluation: CPU time of all threads (`ns_per_bond`), that of the same sums\n\
              written by hand for one thread of AVX-512 (`twin_ns_per_bond`), time that passes (`wall_ns_per_bond`)\n\
              and memory beside that of the nodes (`bytes_per_bond`). Bodies: a lattice, the same walked as a cloud,\n\
-             and one whose nodes are moved by up to 0.2 dx in every direction.",
+             and one whose nodes are moved by up to 0.2 dx in every direction. `error`: the largest difference of a force or rate\n\
+             in single precision, by the largest force or rate.",
         );
     let scenes = Command::new("scenes")
         .about("Time a step with and without each thing that a scene may leave out")
@@ -163,6 +173,9 @@ struct Options {
     repeats: u32,
     threads: u32,
     isa: Isa,
+    single: bool,
+    /// One law is asked for.
+    alone: bool,
 }
 
 fn kernels(matches: &ArgMatches) -> Outcome {
@@ -172,7 +185,15 @@ fn kernels(matches: &ArgMatches) -> Outcome {
         repeats: number("repeats"),
         threads: number("threads"),
         isa: instruction_set(matches)?,
+        single: matches
+            .get_one::<String>("precision")
+            .is_some_and(|p| p == "single"),
+        alone: matches.contains_id("law"),
     };
+    if options.single && options.isa == Isa::Scalar {
+        let what = "single precision takes AVX2";
+        return Err(input_error(what, "leave `--isa` or `--precision` out"));
+    }
     let n = number("size");
     let lattice = scene::body(n);
     let jittered = scene::jittered(n, JITTER);
@@ -184,13 +205,19 @@ fn kernels(matches: &ArgMatches) -> Outcome {
     let only = matches.get_one::<String>("law");
     let chosen = |law: &&str| only.is_none_or(|only| only == law);
     let laws: Vec<&str> = LAWS.into_iter().filter(chosen).collect();
+    let bodies = if options.single {
+        &bodies[..1]
+    } else {
+        &bodies[..]
+    };
     let bar = progress(laws.len() * bodies.len());
     let mut table = Table::new(&COLUMNS);
     for law in laws {
         for (name, body, traversal) in bodies {
             bar.set_message(format!("{law}, {name}"));
             // On a thread of the pool, as a run is.
-            table.row(rayon::scope(|_| row(law, name, body, traversal, &options))?);
+            let rows = rayon::scope(|_| rows(law, name, body, *traversal, &options))?;
+            rows.into_iter().for_each(|row| table.row(row));
             bar.inc(1);
         }
     }
@@ -244,67 +271,161 @@ impl Best {
     }
 }
 
-fn row(
+/// A kernel on a body, and what its evaluations took.
+struct Case {
+    engine: Engine,
+    state: State,
+    best: Best,
+}
+
+impl Case {
+    fn new(
+        law: &str,
+        body: &Body,
+        settings: (Traversal, Precision),
+        o: &Options,
+    ) -> Result<Result<Case, SetupError>, Failure> {
+        let mut engine = match engine(law, body, settings, o.isa)? {
+            Ok(engine) => engine,
+            Err(e) => return Ok(Err(e)),
+        };
+        // As in a run whose outputs show nothing of the law's own.
+        engine.keep_named(&|_| false);
+        let mut state = scene::displaced(&engine, body);
+        warm(&engine, body, &mut state);
+        // Also what a step takes from families: the weighted volume.
+        engine.forces(&mut state, Breaking::Armed);
+        let best = Best::NONE;
+        Ok(Ok(Case {
+            engine,
+            state,
+            best,
+        }))
+    }
+
+    fn time(&mut self) {
+        let Case {
+            engine,
+            state,
+            best,
+        } = self;
+        best.time(|| {
+            engine.forces(state, Breaking::Armed);
+        });
+    }
+
+    /// Forces and rates.
+    fn answers(&self) -> Vec<&[f64]> {
+        let forces = self.engine.force().iter().map(Vec::as_slice);
+        forces
+            .chain(self.engine.rates().map(|rate| rate.drive))
+            .collect()
+    }
+
+    /// The largest difference of an answer, by the largest answer of its kind.
+    fn distance(&self, other: &Case) -> f64 {
+        let pairs = self.answers().into_iter().zip(other.answers());
+        let one = |(a, b): (&[f64], &[f64])| {
+            let largest = b.iter().fold(0.0_f64, |most, b| most.max(b.abs()));
+            let apart = a.iter().zip(b).map(|(a, b)| (a - b).abs());
+            apart.fold(0.0, f64::max) / largest
+        };
+        pairs.map(one).fold(0.0, f64::max)
+    }
+}
+
+/// One row, or one in each precision; none where the law has no single precision.
+fn rows(
     law: &str,
     name: &str,
     body: &Body,
     traversal: Traversal,
     o: &Options,
-) -> Result<Vec<Value>, Failure> {
-    let mut engine = engine(law, body, traversal, o.isa)?;
-    // As in a run whose outputs show nothing of the law's own.
-    engine.keep_named(&|_| false);
-    let mut state = scene::displaced(&engine, body);
-    warm(&engine, body, &mut state);
-    // Also what a step takes from families: the weighted volume.
-    engine.forces(&mut state, Breaking::Armed);
+) -> Result<Vec<Vec<Value>>, Failure> {
+    let case = |precision| Case::new(law, body, (traversal, precision), o);
+    let mut double = case(Precision::Double)?.map_err(Failure::plain)?;
+    if o.single {
+        let mut single = match case(Precision::Single)? {
+            Ok(single) => single,
+            Err(SetupError::Precision(..)) if !o.alone => return Ok(vec![]),
+            Err(e) => return Err(Failure::plain(e)),
+        };
+        for _ in 0..o.repeats {
+            double.time();
+            single.time();
+        }
+        let error = single.distance(&double);
+        return Ok(vec![
+            row((law, name), &double, None, None, o),
+            row((law, name), &single, None, Some(error), o),
+        ]);
+    }
     let alone = o.isa == Isa::Avx512 && o.threads == 1;
-    let sums = sums(law, &engine).filter(|_| alone);
-    let mut twin = sums.and_then(|sums| Twin::new(body, &sums, S0, &engine, &state));
-    let (mut generated, mut by_hand) = (Best::NONE, Best::NONE);
+    let sums = sums(law, &double.engine).filter(|_| alone);
+    let mut twin = sums.and_then(|sums| Twin::new(body, &sums, S0, &double.engine, &double.state));
+    let mut by_hand = Best::NONE;
     for _ in 0..o.repeats {
-        generated.time(|| {
-            engine.forces(&mut state, Breaking::Armed);
-        });
+        double.time();
         if let Some(twin) = &mut twin {
             by_hand.time(|| twin.run());
         }
     }
-    let apart = twin.as_ref().map_or(0.0, |twin| twin.distance(&engine));
+    let apart = twin
+        .as_ref()
+        .map_or(0.0, |twin| twin.distance(&double.engine));
     if apart.is_nan() || apart > APART {
         return Err(Failure::Run(format!(
             "error: {law} and its twin on the {name} differ by {apart:.1e} of the largest force"
         )));
     }
-    let report = engine.report();
+    let by_hand = twin.map(|_| by_hand.cpu);
+    Ok(vec![row((law, name), &double, by_hand, None, o)])
+}
+
+fn row(
+    (law, name): (&str, &str),
+    case: &Case,
+    by_hand: Option<Duration>,
+    error: Option<f64>,
+    o: &Options,
+) -> Vec<Value> {
+    let report = case.engine.report();
     let per_bond = |time: Duration| rounded(time.as_nanos() as f64 / report.bonds as f64);
-    Ok(vec![
+    vec![
         json!(law),
         json!(name),
-        json!(engine.spec().dim),
+        json!(case.engine.spec().dim),
         json!(report.traversal),
         json!(report.isa.name()),
-        json!("f64"),
+        json!(if error.is_some() { "f32" } else { "f64" }),
         json!(o.threads),
-        json!(per_bond(generated.cpu)),
-        json!(twin.map(|_| per_bond(by_hand.cpu))),
-        json!(per_bond(generated.wall)),
+        json!(per_bond(case.best.cpu)),
+        json!(by_hand.map(per_bond)),
+        json!(per_bond(case.best.wall)),
         json!(rounded(report.bond_bytes as f64 / report.bonds as f64)),
-    ])
+        json!(error),
+    ]
 }
 
 fn rounded(value: f64) -> f64 {
     (value * 1e3).round() / 1e3
 }
 
-fn engine(law: &str, body: &Body, traversal: Traversal, isa: Isa) -> Result<Engine, Failure> {
+fn engine(
+    law: &str,
+    body: &Body,
+    (traversal, precision): (Traversal, Precision),
+    isa: Isa,
+) -> Result<Result<Engine, SetupError>, Failure> {
     let compiled = match law.strip_suffix(" linearised") {
         Some(law) => registry::find(law).and_then(|entry| entry.compiled_linearised(3)),
         None => registry::find(law).and_then(|entry| entry.compiled(3)),
     };
     let law = compiled.ok_or_else(|| Failure::plain(format!("{law} is not compiled")))?;
     let params = law.spec.params.iter().map(|p| parameter(&p.name)).collect();
-    scene::engine(body, law, params, traversal, isa).map_err(Failure::plain)
+    let mut settings = scene::settings(&law, params, traversal, isa);
+    settings.precision = precision;
+    Ok(Engine::new(body, law, settings))
 }
 
 /// By the names that the laws have for them: glass, in SI.

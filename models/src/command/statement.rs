@@ -232,9 +232,13 @@ fn body(s: &mut Statement, scene: &Scene, simulation: &Simulation) {
     s.add(
         "kernel",
         format!(
-            "{} traversal, {}, {how}",
+            "{} traversal, {}{}, {how}",
             report.traversal,
-            report.isa.name()
+            report.isa.name(),
+            match report.single.is_empty() {
+                true => "",
+                false => ", single precision",
+            }
         ),
     );
     if compiled == 0 && report.convolution.is_none() {

@@ -3,7 +3,7 @@
 use pdlang::assemble;
 use pdlang::ir::{self, Shape};
 use pdlang_runtime::body::{Body, Flavour};
-use pdlang_runtime::engine::{self, Breaking, Engine, Settings, State, Traversal};
+use pdlang_runtime::engine::{self, Breaking, Engine, Precision, Settings, State, Traversal};
 use std::collections::HashSet;
 
 use super::bodies;
@@ -79,6 +79,7 @@ impl Case {
             without: Vec::new(),
             traversal: Traversal::Auto,
             isa: None,
+            precision: Precision::Double,
         };
         let law: engine::Law = subject.compiled(flavour)?;
         let mut engine = Engine::new(&body, law, settings).map_err(|error| error.to_string())?;

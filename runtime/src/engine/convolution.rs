@@ -638,7 +638,7 @@ fn fill(
 #[cfg(test)]
 mod tests {
     use super::super::tests::{block, laws};
-    use super::super::{Isa, Law, Settings, Traversal};
+    use super::super::{Isa, Law, Precision, Settings, Traversal};
     use super::*;
     use crate::body::Flavour;
 
@@ -654,6 +654,7 @@ mod tests {
             without: vec![],
             traversal: Traversal::Convolution,
             isa: Some(Isa::Scalar),
+            precision: Precision::Double,
         };
         let body = block(Flavour::Solid, [12, 10, 9], 1.0);
         let law = Law::interpreted(laws::heat(3));

@@ -13,6 +13,8 @@ pub enum SetupError {
     Settings(String),
     /// The body or the law does not go with the traversal: what is wrong, and what to do.
     Traversal(String, String),
+    /// Single precision is asked for and cannot be: what is wrong, and what to do.
+    Precision(String, String),
     /// [bytes]
     Memory {
         needed: u64,
@@ -35,7 +37,9 @@ impl fmt::Display for SetupError {
         match self {
             SetupError::Law { law, message } => write!(f, "law `{law}`: {message}"),
             SetupError::Body(message) | SetupError::Settings(message) => f.write_str(message),
-            SetupError::Traversal(message, remedy) => write!(f, "{message}: {remedy}"),
+            SetupError::Traversal(message, remedy) | SetupError::Precision(message, remedy) => {
+                write!(f, "{message}: {remedy}")
+            }
             SetupError::Memory { needed, available } => write!(
                 f,
                 "the body needs about {:.1} GB, {:.1} GB are free: use a larger spacing, a smaller horizon, or a regular grid",

@@ -19,6 +19,8 @@ pub struct Report {
     /// `lattice`, `cloud` or `convolution`.
     pub traversal: &'static str,
     pub isa: Isa,
+    /// Sweeps that sum in single precision.
+    pub single: Vec<String>,
     /// (name, compiled rather than interpreted)
     pub sweeps: Vec<(String, bool)>,
     /// Those of the same in detail.
@@ -126,6 +128,9 @@ impl Engine {
                 (false, _) => "cloud",
             },
             isa: self.isa,
+            single: (self.programs.iter().filter(|p| p.single))
+                .map(|p| p.name.clone())
+                .collect(),
             sweeps: self
                 .programs
                 .iter()
@@ -139,6 +144,7 @@ impl Engine {
             bond_bytes,
             node_bytes: self.layout.bytes()
                 + self.record_bytes()
+                + self.rounded.bytes()
                 + bytes(&self.arrays)
                 + self.parts.bytes()
                 + self.sleep.bytes(self.layout.len)

@@ -6,7 +6,7 @@ use crate::kernel::{CompiledKernel, Entries, Instances, Run};
 use crate::lane::Isa;
 use crate::spec::{Op, SlotKind, Spec, Stage, SweepSpec};
 use crate::tape::{Code, Limits, MAX_VALUES, Place, TapeError, TapeSweep, with_streams};
-use crate::traverse::{MAX_GEOMETRY, MAX_HISTORIES, MAX_SLOTS, interpreted};
+use crate::traverse::{MAX_GEOMETRY, MAX_HISTORIES, MAX_SLOTS, interpreted, interpreted_single};
 
 /// One sweep.
 #[derive(Debug)]
@@ -34,6 +34,8 @@ pub(super) struct Program {
     /// Its outputs are the records of a lattice, or the streams of a cloud.
     pub geometry: Code,
     pub compiled: bool,
+    /// Its bonds are summed in single precision.
+    pub single: bool,
     pub run: [Run; 2],
     /// Nobody reads what it writes.
     pub unread: bool,
@@ -51,6 +53,8 @@ pub(super) struct Choice {
     pub kernel: Option<&'static CompiledKernel>,
     pub isa: Isa,
     pub lattice: bool,
+    /// Single precision where a sweep may have it.
+    pub single: bool,
     pub flavour: Flavour,
 }
 
@@ -104,9 +108,20 @@ fn program(
     let entries = choice
         .kernel
         .and_then(|k| k.sweeps.iter().find(|e| e.0 == position));
-    let run = match entries {
-        Some((_, e)) => compiled(e, choice),
-        None => interpreted(spec.dim, choice.isa, choice.lattice),
+    let index = |list: &[u32]| list.iter().map(|&k| k as usize).collect::<Vec<_>>();
+    let confined = parts::confined(spec, &index(&s.own), &index(&s.out));
+    let single = choice.single && s.single;
+    let single = match entries {
+        _ if !single => None,
+        Some((_, e)) => e.single,
+        None => interpreted_single(spec.dim),
+    };
+    let run = match (single, entries) {
+        // What is stored on a part of the body need not lie side by side in two chunks.
+        (Some(run), _) if choice.isa == Isa::Avx512 && confined.is_empty() => run.wide,
+        (Some(run), _) => run.avx2,
+        (None, Some((_, e))) => compiled(e, choice),
+        (None, None) => interpreted(spec.dim, choice.isa, choice.lattice),
     };
     let kill = s.bond.ops.iter().position(|op| matches!(op, Op::Kill(_)));
     let add = s
@@ -125,8 +140,6 @@ fn program(
             .iter()
             .any(|op| matches!(*op, Op::PutHistory(h, _) if h as usize == k))
     };
-    let index = |list: &[u32]| list.iter().map(|&k| k as usize).collect::<Vec<_>>();
-    let confined = parts::confined(spec, &index(&s.own), &index(&s.out));
     let stays = !confined.is_empty()
         && kill.is_none()
         && !(0..history.len()).any(writes)
@@ -150,6 +163,7 @@ fn program(
         geometry: code(geometry, Place::Geometry)?,
         tape,
         compiled: entries.is_some(),
+        single: single.is_some(),
         run,
         unread: false,
     })

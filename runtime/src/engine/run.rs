@@ -164,6 +164,7 @@ impl Engine {
         self.point_to_geometry(k, &mut call);
         self.point_to_outputs(k, &mut call);
         self.point_to_records(k, &mut call);
+        self.point_to_rounded(k, &mut call);
         call
     }
 
@@ -212,6 +213,11 @@ impl Engine {
 
     /// Ghosts of what a sweep wrote, where another sweep reads them.
     pub(super) fn refresh_outputs(&mut self, k: usize) {
+        self.refresh_ghosts_of_outputs(k);
+        self.round_outputs(k);
+    }
+
+    fn refresh_ghosts_of_outputs(&mut self, k: usize) {
         if self.layout.ghosts.to.is_empty() {
             return;
         }
@@ -252,7 +258,7 @@ impl Engine {
             }
         }
         if self.lattice {
-            return;
+            return self.round_state(s);
         }
         let u = &s.u;
         let one = |(slot, r): (usize, &mut Record)| {

@@ -10,7 +10,9 @@ use super::program::{Choice, Program, programs};
 use super::records;
 use super::redo::Redo;
 use super::sleep::Sleep;
-use super::{BondData, Engine, Home, Isa, Law, Settings, SetupError, Traversal, check, memory};
+use super::{
+    BondData, Engine, Home, Isa, Law, Settings, SetupError, Traversal, check, memory, single,
+};
 use crate::body::Body;
 use crate::lane::Record;
 use crate::layout::{
@@ -52,6 +54,7 @@ pub(super) fn engine(body: &Body, law: Law, settings: Settings) -> Result<Engine
             kernel: law.kernel,
             isa,
             lattice,
+            single: single::wanted(&spec, settings, lattice)?,
             flavour: body.flavour,
         },
     )?;
@@ -90,6 +93,7 @@ pub(super) fn engine(body: &Body, law: Law, settings: Settings) -> Result<Engine
     let rest = engine.state();
     engine.refresh_whole(&rest);
     engine.reference_stage(&rest, &settings.without);
+    engine.check_range(&rest)?;
     engine.drop_streams_of_the_reference();
     if let (Traversal::Convolution, Some(grid)) = (settings.traversal, &body.grid) {
         let plan = plan_lattice(body, grid, settings.reach(), settings.materials.len());
@@ -284,6 +288,7 @@ fn assemble(
         true => (vec![], vec![Default::default(); programs.len()]),
         false => records::groups(&spec, &programs, layout.len),
     };
+    let rounded = single::Rounded::new(&spec, &programs, layout.len);
     Engine {
         groups,
         uses,
@@ -312,6 +317,7 @@ fn assemble(
         bonds,
         redo,
         convolution: None,
+        rounded,
         unread: BTreeSet::new(),
     }
 }

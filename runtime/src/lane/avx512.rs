@@ -125,6 +125,15 @@ impl Lane for Avx512 {
 }
 
 impl Memory for Avx512 {
+    type Near = f64;
+    #[inline(always)]
+    unsafe fn near(p: *const f64) -> Self {
+        unsafe { Self::load(p) }
+    }
+    #[inline(always)]
+    fn spread(v: f64) -> Self {
+        Self::splat(v)
+    }
     #[inline(always)]
     unsafe fn load(p: *const f64) -> Self {
         Self(unsafe { _mm512_loadu_pd(p) })

@@ -9,11 +9,15 @@ mod scalar;
 mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
+#[cfg(target_arch = "x86_64")]
+mod single;
 
 #[cfg(target_arch = "x86_64")]
 pub(crate) use avx2::Avx2;
 #[cfg(target_arch = "x86_64")]
 pub(crate) use avx512::Avx512;
+#[cfg(target_arch = "x86_64")]
+pub(crate) use single::{Single, Wide};
 
 use crate::kernel::Lane;
 
@@ -25,6 +29,10 @@ pub trait Sealed {}
 /// # Safety
 /// Pointers must be valid for `W` values (indices: `W` indices, each valid for the array).
 pub(crate) trait Memory: Lane {
+    /// A number as the bonds of a lattice read it.
+    type Near: Copy;
+    unsafe fn near(p: *const Self::Near) -> Self;
+    fn spread(v: Self::Near) -> Self;
     unsafe fn load(p: *const f64) -> Self;
     unsafe fn store(self, p: *mut f64);
     /// Writes the lanes for which `m` holds, and touches no other.
@@ -37,6 +45,13 @@ pub(crate) trait Memory: Lane {
     /// Lane k is true where bit k is set; higher bits are ignored.
     fn mask(bits: u8) -> Self::Mask;
     fn bits(m: Self::Mask) -> u8;
+    /// The same for lanes of two chunks.
+    fn mask_of_two(bits: [u8; 2]) -> Self::Mask {
+        Self::mask(bits[0])
+    }
+    fn bits_of_two(m: Self::Mask) -> [u8; 2] {
+        [Self::bits(m), 0]
+    }
     fn first(self) -> f64;
     fn prefetch(p: *const u8);
 }

@@ -119,6 +119,15 @@ impl Lane for f64 {
 }
 
 impl Memory for f64 {
+    type Near = f64;
+    #[inline(always)]
+    unsafe fn near(p: *const f64) -> Self {
+        unsafe { Self::load(p) }
+    }
+    #[inline(always)]
+    fn spread(v: f64) -> Self {
+        Self::splat(v)
+    }
     #[inline(always)]
     unsafe fn load(p: *const f64) -> f64 {
         unsafe { *p }

@@ -153,3 +153,98 @@ fn avx512_lane() {
         unsafe { inside() }
     }
 }
+
+/// Lanes of single precision against `f32`, with memory of both precisions and masks of one or two chunks.
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+fn check_single<L: Memory<Near = f32>>() {
+    let a: [f64; 16] = std::array::from_fn(|k| A[k % 8] * (1.0 + k as f64 / 16.0));
+    let b: [f64; 16] = std::array::from_fn(|k| B[k % 8] * (1.0 - k as f64 / 32.0));
+    let near = a.map(|v| v as f32);
+    let close = |f: fn(L, L) -> L, expected: fn(f32, f32) -> f32| {
+        let mut out = [0.0; 16];
+        // SAFETY: arrays have as many numbers as the widest lane.
+        unsafe { f(L::near(near.as_ptr()), L::load(b.as_ptr())).store(out.as_mut_ptr()) };
+        for k in 0..L::W {
+            let e = expected(a[k] as f32, b[k] as f32);
+            let same = out[k] as f32 == e || out[k].is_nan() && e.is_nan();
+            assert!(same, "lane {k}: {} is not {e}", out[k]);
+        }
+    };
+    close(|a, b| a.add(b), |a, b| a + b);
+    close(|a, b| a.sub(b), |a, b| a - b);
+    close(|a, b| a.mul(b), |a, b| a * b);
+    close(|a, b| a.div(b), |a, b| a / b);
+    close(|a, b| a.min(b), f32::min);
+    close(|a, b| a.max(b), f32::max);
+    close(|a, b| a.fma(b, L::spread(1.0)), |a, b| a.mul_add(b, 1.0));
+    close(|a, _| a.neg(), |a, _| -a);
+    close(|a, _| a.abs().sqrt(), |a, _| a.abs().sqrt());
+    close(|a, _| a.abs().rsqrt(), |a, _| 1.0 / a.abs().sqrt());
+    close(|a, _| a.exp(), |a, _| a.exp());
+    close(|a, b| a.abs().pow(b), |a, b| a.abs().powf(b));
+    close(|a, _| a.powi(-2), |a, _| 1.0 / (a * a));
+    close(
+        |a, b| L::select(a.lt(b), a, b),
+        |a, b| if a < b { a } else { b },
+    );
+    close(
+        |a, b| L::select(L::and(a.le(b), L::not(b.lt(L::splat(0.0)))), a, b),
+        |a, b| if a <= b && b >= 0.0 { a } else { b },
+    );
+    let index: [u32; 16] = std::array::from_fn(|k| (5 * k as u32 + 3) % 16);
+    let records: Vec<Record> = (0..16)
+        .map(|k| Record([a[k], b[k], k as f64, -1.0]))
+        .collect();
+    let (mut out, mut parts) = ([0.0; 16], [[0.0; 16]; 4]);
+    // SAFETY: as above, and every index is below 16.
+    unsafe {
+        L::gather(a.as_ptr(), index.as_ptr()).store(out.as_mut_ptr());
+        let all = L::gather_records(records.as_ptr(), index.as_ptr());
+        for (part, v) in parts.iter_mut().zip(all) {
+            v.store(part.as_mut_ptr());
+        }
+    }
+    for k in 0..L::W {
+        let i = index[k] as usize;
+        assert_eq!(out[k] as f32, a[i] as f32);
+        let expected = [a[i], b[i], i as f64, -1.0].map(|v| v as f32);
+        assert_eq!([0, 1, 2, 3].map(|c| parts[c][k] as f32), expected);
+    }
+    for bits in 0..=u16::MAX {
+        let mut bits = bits.to_le_bytes();
+        if L::W == 8 {
+            bits[1] = 0;
+        }
+        let mask = L::mask_of_two(bits);
+        assert_eq!(L::bits_of_two(mask), bits);
+        let mut out = [7.0; 16];
+        // SAFETY: as above.
+        unsafe { L::splat(1.5).store_where(mask, out.as_mut_ptr()) };
+        for (k, v) in out.iter().enumerate() {
+            let set = bits[k / 8] >> (k % 8) & 1 == 1;
+            assert_eq!(*v, if set { 1.5 } else { 7.0 });
+        }
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[test]
+fn single_lanes() {
+    #[target_feature(enable = "avx2,fma")]
+    fn eight() {
+        check_single::<Single>();
+    }
+    #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
+    fn sixteen() {
+        check_single::<Wide>();
+    }
+    if Isa::Avx2.available() {
+        // SAFETY: the processor has the instruction set.
+        unsafe { eight() }
+    }
+    if Isa::Avx512.available() {
+        // SAFETY: as above.
+        unsafe { sixteen() }
+    }
+}

@@ -2,7 +2,7 @@
 
 use super::coefficients::root_series;
 use crate::body::{Body, Grid};
-use crate::engine::{Breaking, Engine, Law, Settings, Traversal};
+use crate::engine::{Breaking, Engine, Law, Precision, Settings, Traversal};
 use crate::error::InputError;
 use crate::spec::{Spec, Stage, SweepSpec};
 use std::collections::BTreeSet;
@@ -112,6 +112,7 @@ pub(super) fn of_law(
         ));
     }
     let mut settings = settings.clone();
+    settings.precision = Precision::Double;
     settings.materials = vec![settings.materials[material].clone()];
     settings.horizon = vec![horizon];
     settings.traversal = Traversal::Auto;

@@ -1,7 +1,7 @@
 //! What a run computes and what not, each with the reason: read from what the engine does, not from what it is for.
 
 use super::Schedule;
-use crate::engine::{Report, SweepReport};
+use crate::engine::{Precision, Report, SweepReport};
 use crate::simulate::{Simulation, StepRule};
 use crate::spec::Stage;
 
@@ -79,6 +79,17 @@ fn mechanics(list: &mut List, sim: &Simulation, report: &Report) {
             "bonds turn and stretch as far as they are moved",
             "the law is linearised: directions and lengths are those of the reference",
         );
+    }
+    let single: Vec<String> = report.single.iter().map(|s| format!("`{s}`")).collect();
+    if !single.is_empty() {
+        let why = format!(
+            "{} sum bonds in single precision; what is stored and integrated is in double",
+            single.join(", ")
+        );
+        list.add("double precision", false, why);
+    } else if sim.precision == Precision::Single {
+        let why = "asked for is single precision, which takes AVX2: this processor has none, or the scene leaves it out";
+        list.add("double precision", true, why);
     }
     let step = || report.work.iter().filter(|s| s.stage == Stage::Step);
     let breaking = report.work.iter().filter(|s| s.breaks);

@@ -7,7 +7,7 @@ use super::formula;
 use super::problem::Problem;
 use super::section::{Placed, Section};
 use crate::conditions::Expression;
-use crate::engine::{Isa, Traversal};
+use crate::engine::{Isa, Precision, Traversal};
 use crate::language::Expected;
 use crate::language::dimension::LENGTH;
 
@@ -24,6 +24,9 @@ pub struct Family {
     pub(super) traversal_place: Option<Range<usize>>,
     /// `None` takes the best that the machine has.
     pub isa: Option<Isa>,
+    pub precision: Precision,
+    /// Where the scene says so.
+    pub(super) precision_place: Option<Range<usize>>,
 }
 
 /// How far bonds reach from the nodes of a body or of a part.
@@ -72,6 +75,9 @@ const INSTRUCTIONS: [(&str, Option<Isa>); 4] = [
     ("avx512", Some(Isa::Avx512)),
 ];
 
+const PRECISIONS: [(&str, Precision); 2] =
+    [("double", Precision::Double), ("single", Precision::Single)];
+
 pub(super) fn read(section: Section<'_>, spacing: Option<&Placed<f64>>) -> Option<Family> {
     let horizon = horizon(&section, spacing);
     let levels = section.count("horizon_levels", 1);
@@ -79,6 +85,8 @@ pub(super) fn read(section: Section<'_>, spacing: Option<&Placed<f64>>) -> Optio
     let traversal = section.choice("traversal", &TRAVERSALS);
     let traversal_place = section.value("traversal").map(|v| v.span.clone());
     let isa = section.choice("instructions", &INSTRUCTIONS);
+    let precision = section.choice("precision", &PRECISIONS);
+    let precision_place = section.value("precision").map(|v| v.span.clone());
     section.finish();
     Some(Family {
         horizon: horizon?,
@@ -87,6 +95,8 @@ pub(super) fn read(section: Section<'_>, spacing: Option<&Placed<f64>>) -> Optio
         traversal: traversal.unwrap_or(Traversal::Auto),
         traversal_place,
         isa: isa.flatten(),
+        precision: precision.unwrap_or_default(),
+        precision_place,
     })
 }
 

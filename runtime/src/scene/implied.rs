@@ -21,6 +21,7 @@ pub fn modulus(scene: &Scene) -> Option<f64> {
     let cells = (scene.family.horizon.constant()? / carved.spacing).floor() + 1.0;
     let mut settings = scene.settings();
     settings.traversal = crate::engine::Traversal::Cloud;
+    settings.precision = crate::engine::Precision::Double;
     let body = carve(&block(carved, cells * carved.spacing)).ok()?;
     let mut engine = Engine::new(&body, law, settings).ok()?;
     let middle = body.x.iter().position(|x| *x == [0.0; 3])?;

@@ -78,6 +78,7 @@ impl Scene {
             without: self.material.without.clone(),
             traversal: self.family.traversal,
             isa: self.family.isa,
+            precision: self.family.precision,
         }
     }
 
@@ -204,6 +205,7 @@ impl Scene {
         let source = &self.source;
         let place = match error.about {
             Some(About::Traversal) => self.family.traversal_place.as_ref(),
+            Some(About::Precision) => self.family.precision_place.as_ref(),
             // Of two boundaries of one side the second is one too many.
             Some(About::Matching(side)) => (self.matching.iter().zip(&source.matching))
                 .rfind(|(m, _)| m.sides.contains(&side))

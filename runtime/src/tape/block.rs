@@ -103,6 +103,10 @@ blocks! {
     avx2 crate::lane::Avx2;
     #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
     avx512 crate::lane::Avx512;
+    #[target_feature(enable = "avx2,fma")]
+    single crate::lane::Single;
+    #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
+    wide crate::lane::Wide;
 }
 
 /// As [`Blocks::arithmetic`]; one function for each lane type, into which everything is inlined.

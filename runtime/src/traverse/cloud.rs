@@ -147,7 +147,7 @@ impl<L: Memory, S: Body<D>, const D: usize, const MASKED: bool> Rows<L, D>
     #[inline(always)]
     unsafe fn bond(&self, k: usize) -> Column<'_, L, S, D, MASKED> {
         unsafe {
-            let row = Row::<L, MASKED>::new(self.call, self.chunk, self.row + k, self.part);
+            let row = Row::<L, MASKED>::new(self.call, self.chunk, self.row + k, self.part, 0);
             let index = self.call.index.add(row.cell());
             Column {
                 sweep: self.sweep,
@@ -200,7 +200,7 @@ pub(super) unsafe fn chunks<L: Blocks, S: Body<D>, const D: usize, const MASKED:
                     here[k] = (at + k) as u32;
                     k += 1;
                 }
-                let mut nodes = Nodes::<MASKED>::new(call, chunk, part * L::W, at);
+                let mut nodes = Nodes::<MASKED>::new(call, chunk, part * L::W, at, false);
                 let columns = Columns::<L, S, D, MASKED> {
                     call,
                     sweep,

@@ -14,10 +14,18 @@ struct Entry<'a, L: Memory, const D: usize, const MASKED: bool> {
     eta: [L; D],
 }
 
+impl<L: Memory, const D: usize, const MASKED: bool> Entry<'_, L, D, MASKED> {
+    /// Number `k` of the record.
+    #[inline(always)]
+    fn value(&self, k: usize) -> L {
+        L::spread(unsafe { *self.record.add(1).cast::<L::Near>().add(k) })
+    }
+}
+
 impl<L: Memory, const D: usize, const MASKED: bool> Bond<L, D> for Entry<'_, L, D, MASKED> {
     #[inline(always)]
     fn xi(&self, a: usize) -> L {
-        L::splat(unsafe { *self.record.add(1 + a) })
+        self.value(a)
     }
     #[inline(always)]
     fn eta(&self, a: usize) -> L {
@@ -25,15 +33,15 @@ impl<L: Memory, const D: usize, const MASKED: bool> Bond<L, D> for Entry<'_, L, 
     }
     #[inline(always)]
     fn ix(&self) -> L {
-        L::splat(unsafe { *self.record.add(1 + D) })
+        self.value(D)
     }
     #[inline(always)]
     fn geo(&self, k: usize) -> L {
-        L::splat(unsafe { *self.record.add(2 + D + k) })
+        self.value(1 + D + k)
     }
     #[inline(always)]
     fn nbr(&self, k: usize) -> L {
-        unsafe { L::load(self.nbr[k].add(self.other)) }
+        unsafe { near(self.nbr[k], self.other) }
     }
     #[inline(always)]
     fn history(&self, k: usize) -> L {
@@ -61,13 +69,18 @@ impl<L: Memory, const D: usize, const MASKED: bool> Bond<L, D> for Entry<'_, L, 
     }
 }
 
+#[inline(always)]
+unsafe fn near<L: Memory>(from: *const f64, at: usize) -> L {
+    unsafe { L::near(from.cast::<L::Near>().add(at)) }
+}
+
 /// Loads one value per direction.
 #[inline(always)]
 unsafe fn load<L: Memory, const D: usize>(from: &[*const f64; 3], at: usize) -> [L; D] {
     let mut v = [L::splat(0.0); D];
     let mut a = 0;
     while a < D {
-        v[a] = unsafe { L::load(from[a].add(at)) };
+        v[a] = unsafe { near(from[a], at) };
         a += 1;
     }
     v
@@ -110,7 +123,7 @@ impl<L: Memory, const D: usize, const MASKED: bool> Rows<L, D> for Entries<'_, L
                 a += 1;
             }
             Entry {
-                row: Row::new(self.call, self.chunk, self.row + k, self.part),
+                row: Row::new(self.call, self.chunk, self.row + k, self.part, self.count),
                 record,
                 nbr: self.nbr,
                 other,
@@ -131,32 +144,74 @@ pub(super) unsafe fn chunks<L: Blocks, S: Body<D>, const D: usize, const MASKED:
     let (u, nbr) = (call.u, call.nbr);
     let mut chunk = from;
     while chunk < to {
-        unsafe {
-            let base = *call.base.add(chunk) as usize;
-            let (first, last) = (
-                *call.first.add(chunk) as usize,
-                *call.last.add(chunk) as usize,
-            );
-            let mut part = 0;
-            while part < CHUNK / L::W {
-                let at = base + part * L::W;
-                let mut nodes = Nodes::<MASKED>::new(call, chunk, part * L::W, at);
-                let entries = Entries::<L, D, MASKED> {
-                    call,
-                    u: &u,
-                    nbr: &nbr,
-                    chunk,
-                    part,
-                    at,
-                    ui: load(&u, at),
-                    row: first,
-                    records: call.records.add(*call.pattern.add(chunk) as usize),
-                    count: last - first,
-                };
-                sweep.run(&mut nodes, &entries);
-                part += 1;
-            }
+        let mut part = 0;
+        while part < CHUNK / L::W {
+            unsafe { at::<L, S, D, MASKED>(sweep, call, &u, &nbr, chunk, part) };
+            part += 1;
         }
         chunk += 1;
+    }
+}
+
+/// The same with lanes for two chunks where these lie side by side and have the same rows, with lanes for one elsewhere.
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+pub(super) unsafe fn twos<W: Blocks, L: Blocks, S: Body<D>, const D: usize, const MASKED: bool>(
+    sweep: &S,
+    call: &Call,
+    from: usize,
+    to: usize,
+) {
+    let (u, nbr) = (call.u, call.nbr);
+    let mut chunk = from;
+    while chunk < to {
+        unsafe {
+            let same = |list: *const u32| *list.add(chunk) == *list.add(chunk + 1);
+            let rows = |chunk| *call.last.add(chunk) - *call.first.add(chunk);
+            if chunk + 1 < to
+                && *call.base.add(chunk) + CHUNK as u32 == *call.base.add(chunk + 1)
+                && same(call.pattern)
+                && same(call.constants_at)
+                && rows(chunk) == rows(chunk + 1)
+                && *call.first.add(chunk) + rows(chunk) == *call.first.add(chunk + 1)
+            {
+                at::<W, S, D, MASKED>(sweep, call, &u, &nbr, chunk, 0);
+                chunk += 2;
+            } else {
+                at::<L, S, D, MASKED>(sweep, call, &u, &nbr, chunk, 0);
+                chunk += 1;
+            }
+        }
+    }
+}
+
+/// One part of a chunk.
+#[inline(always)]
+unsafe fn at<L: Blocks, S: Body<D>, const D: usize, const MASKED: bool>(
+    sweep: &S,
+    call: &Call,
+    u: &[*const f64; 3],
+    nbr: &[*const f64],
+    chunk: usize,
+    part: usize,
+) {
+    unsafe {
+        let at = *call.base.add(chunk) as usize + part * L::W;
+        let first = *call.first.add(chunk) as usize;
+        let last = *call.last.add(chunk) as usize;
+        let mut nodes = Nodes::<MASKED>::new(call, chunk, part * L::W, at, L::W > CHUNK);
+        let entries = Entries::<L, D, MASKED> {
+            call,
+            u,
+            nbr,
+            chunk,
+            part,
+            at,
+            ui: load(u, at),
+            row: first,
+            records: call.records.add(*call.pattern.add(chunk) as usize),
+            count: last - first,
+        };
+        sweep.run(&mut nodes, &entries);
     }
 }

@@ -12,7 +12,7 @@ mod interpreted;
 mod lattice;
 
 pub(crate) use convolved::{Convolved, Factor, RunConvolved, Term, convolved};
-pub(crate) use interpreted::interpreted;
+pub(crate) use interpreted::{interpreted, interpreted_single};
 
 use crate::engine::records::Pack;
 use crate::kernel::{Bond, Lane, Node, Streams, Sweep};
@@ -46,7 +46,8 @@ pub(crate) const fn recorded(formed: usize) -> usize {
 /// Everything one run of one sweep reads and writes, as addresses. Made by the engine.
 #[derive(Clone)]
 pub struct Call {
-    /// Displacements: arrays on a lattice, records in a cloud, where positions are records too.
+    /// Displacements: arrays on a lattice, records in a cloud, where positions are records too. A lattice reads these, and
+    /// `nbr`, as numbers of the lane's own precision ([`Memory::Near`]).
     pub(crate) u: [*const f64; 3],
     pub(crate) u_records: *const Record,
     pub(crate) x_records: *const Record,
@@ -70,8 +71,8 @@ pub struct Call {
     pub(crate) armed_step: usize,
     /// Per chunk: bonds broken by this call are added.
     pub(crate) broken: *mut u32,
-    /// Lattice: per chunk the place in `records` where those of its rows begin. A record: offset (an i64), xi, 1/|xi|,
-    /// geometry.
+    /// Lattice: per chunk the place in `records` where those of its rows begin. A record: offset (an i64), then, in the
+    /// lane's precision, xi, 1/|xi|, geometry.
     pub(crate) pattern: *const u32,
     pub(crate) records: *const *const f64,
     /// Cloud: per row eight indices, and what is kept of the bonds.
@@ -190,19 +191,22 @@ pub(crate) struct Nodes<'a, const MASKED: bool> {
     call: &'a Call,
     constants: *const f64,
     at: usize,
-    occupied: u8,
+    occupied: [u8; 2],
 }
 
 impl<'a, const MASKED: bool> Nodes<'a, MASKED> {
-    /// The nodes from slot `at` on, which are those of a chunk from lane `first` on.
+    /// The nodes from slot `at` on, which are those of a chunk from lane `first` on, or those of two chunks.
     #[inline(always)]
-    unsafe fn new(call: &'a Call, chunk: usize, first: usize, at: usize) -> Self {
+    unsafe fn new(call: &'a Call, chunk: usize, first: usize, at: usize, two: bool) -> Self {
         unsafe {
             Nodes {
                 call,
                 constants: call.constants.add(*call.constants_at.add(chunk) as usize),
                 at,
-                occupied: *call.nodes.add(chunk) >> first,
+                occupied: match two {
+                    true => [*call.nodes.add(chunk), *call.nodes.add(chunk + 1)],
+                    false => [*call.nodes.add(chunk) >> first, 0],
+                },
             }
         }
     }
@@ -224,7 +228,7 @@ impl<L: Memory, const MASKED: bool> Node<L> for Nodes<'_, MASKED> {
         unsafe {
             let to = self.call.out[k].wrapping_add(self.at);
             if MASKED {
-                v.store_where(L::mask(self.occupied), to)
+                v.store_where(L::mask_of_two(self.occupied), to)
             } else {
                 v.store(to)
             }
@@ -238,23 +242,28 @@ pub(crate) struct Row<'a, L: Memory, const MASKED: bool> {
     chunk: usize,
     row: usize,
     part: usize,
+    /// From the row of a chunk to that of the next one, where lanes are those of two.
+    next: usize,
     alive: L::Mask,
 }
 
 impl<'a, L: Memory, const MASKED: bool> Row<'a, L, MASKED> {
     #[inline(always)]
-    unsafe fn new(call: &'a Call, chunk: usize, row: usize, part: usize) -> Self {
-        let bits = if MASKED {
-            unsafe { *call.bits.add(row) }
-        } else {
-            0xFF
+    unsafe fn new(call: &'a Call, chunk: usize, row: usize, part: usize, next: usize) -> Self {
+        let bits = |row: usize| match MASKED {
+            true => unsafe { *call.bits.add(row) },
+            false => 0xFF,
         };
         Row {
             call,
             chunk,
             row,
             part,
-            alive: L::mask(bits >> (part * L::W)),
+            next,
+            alive: match L::W > CHUNK {
+                true => L::mask_of_two([bits(row), bits(row + next)]),
+                false => L::mask(bits(row) >> (part * L::W)),
+            },
         }
     }
 
@@ -263,6 +272,9 @@ impl<'a, L: Memory, const MASKED: bool> Row<'a, L, MASKED> {
     fn kill(&mut self, m: L::Mask) {
         if !MASKED {
             return;
+        }
+        if L::W > CHUNK {
+            return self.kill_of_two(m);
         }
         let dead = L::bits(L::and(self.alive, m));
         if dead != 0 {
@@ -277,6 +289,29 @@ impl<'a, L: Memory, const MASKED: bool> Row<'a, L, MASKED> {
                     self.alive = L::mask(*p >> shift);
                 }
             }
+        }
+    }
+
+    #[inline(always)]
+    fn kill_of_two(&mut self, m: L::Mask) {
+        let dead = L::bits_of_two(L::and(self.alive, m));
+        if dead != [0; 2] {
+            let mut alive = [0; 2];
+            let mut k = 0;
+            while k < 2 {
+                let row = self.row + k * self.next;
+                unsafe {
+                    let dead = dead[k] & *self.call.armed.add(row * self.call.armed_step);
+                    let p = self.call.bits.add(row);
+                    if dead != 0 {
+                        *p &= !dead;
+                        *self.call.broken.add(self.chunk + k) += dead.count_ones();
+                    }
+                    alive[k] = *p;
+                }
+                k += 1;
+            }
+            self.alive = L::mask_of_two(alive);
         }
     }
 
@@ -347,6 +382,25 @@ instances! {
 instances! {
     lattice_avx2: lattice, crate::lane::Avx2;
     cloud_avx2: cloud, crate::lane::Avx2;
+    lattice_single: lattice, crate::lane::Single;
     lattice_avx512: lattice, crate::lane::Avx512;
     cloud_avx512: cloud, crate::lane::Avx512;
+}
+
+/// One instance of a sweep, two chunks at a time.
+///
+/// # Safety
+/// As [`crate::kernel::Run`].
+#[cfg(target_arch = "x86_64")]
+#[doc(hidden)]
+#[inline(always)]
+pub unsafe fn lattice_wide<S: Sweep<D>, const D: usize, const MASKED: bool>(
+    sweep: &S,
+    call: &Call,
+    from: usize,
+    to: usize,
+) {
+    unsafe {
+        lattice::twos::<crate::lane::Wide, crate::lane::Single, S, D, MASKED>(sweep, call, from, to)
+    }
 }

@@ -68,6 +68,7 @@ fn sweep(name: &str, stage: Stage) -> SweepSpec {
         family: 0,
         reference: false,
         kills: false,
+        single: false,
         own: vec![],
         nbr: vec![],
         out: vec![],

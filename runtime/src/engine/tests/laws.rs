@@ -64,6 +64,7 @@ pub fn sweep(name: &str, stage: Stage) -> SweepSpec {
         family: 0,
         reference: false,
         kills: false,
+        single: false,
         own: vec![],
         nbr: vec![],
         out: vec![],

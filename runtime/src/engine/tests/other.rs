@@ -14,6 +14,7 @@ fn make(body: &Body, spec: Spec, params: Vec<f64>, traversal: Traversal, isa: Is
         without: vec![],
         traversal,
         isa: Some(isa),
+        precision: super::super::Precision::Double,
     };
     Engine::new(body, Law::interpreted(spec), settings).unwrap_or_else(|e| panic!("{e}"))
 }
@@ -184,6 +185,7 @@ fn a_body_that_does_not_fit_is_refused_before_it_is_built() {
         without: vec![],
         traversal: Traversal::Cloud,
         isa: None,
+        precision: super::super::Precision::Double,
     };
     // 216,000 nodes with a family of nearly all others: 5e10 bonds.
     let error = Engine::new(&body, Law::interpreted(laws::pmb(3)), settings.clone()).err();
@@ -226,6 +228,7 @@ fn spoilt_laws_are_errors_or_run() {
             without: vec![],
             traversal: BOTH[seed as usize % 2],
             isa: None,
+            precision: super::super::Precision::Double,
         };
         match Engine::new(&body, Law::interpreted(spec), settings) {
             Ok(mut e) => {

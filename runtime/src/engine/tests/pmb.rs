@@ -12,6 +12,7 @@ fn settings(traversal: Traversal, isa: Isa) -> Settings {
         without: vec![],
         traversal,
         isa: Some(isa),
+        precision: super::super::Precision::Double,
     }
 }
 

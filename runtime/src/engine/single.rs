@@ -1,0 +1,222 @@
+//! Sums over bonds in single precision: what they read of nodes, rounded, beside the numbers themselves.
+//!
+//! A sweep that may ([`crate::spec::SweepSpec::single`]) reads displacements and values of the other end from here. What it
+//! reads of its own node it rounds as it reads it, and what it writes is a number like all others: states, fields and
+//! everything that is integrated stay in double precision.
+use super::geometry::Geometry;
+use super::program::Program;
+use super::{Engine, Home, Isa, Precision, Settings, SetupError, State, Traversal};
+use crate::spec::{Op, SlotKind, Spec, Stage};
+use crate::traverse::Call;
+use rayon::prelude::*;
+
+/// Magnitudes that are safe, as products of two or three of them are numbers still.
+const SAFE: std::ops::Range<f64> = 1e-30..1e30;
+/// Displacements below [in their own unit] are zero, as arithmetic with the smallest numbers takes many times as long.
+const NOTHING: f32 = 1e-30;
+
+/// Numbers of nodes in single precision.
+#[derive(Debug, Default)]
+pub(super) struct Rounded {
+    u: Vec<Vec<f32>>,
+    /// Slots that are read at the other end of a bond, in ascending order.
+    slots: Vec<usize>,
+    values: Vec<Vec<f32>>,
+}
+
+/// Whether sums are to be in single precision, and can be.
+pub(super) fn wanted(spec: &Spec, s: &Settings, lattice: bool) -> Result<bool, SetupError> {
+    if s.precision == Precision::Double {
+        return Ok(false);
+    }
+    let fail = |m: String, remedy: &str| Err(SetupError::Precision(m, remedy.into()));
+    if s.traversal == Traversal::Convolution {
+        let m = "a convolution is in double precision".into();
+        return fail(m, "use the traversal `lattice`, or leave the precision out");
+    }
+    if !lattice {
+        let m =
+            "sums in single precision need the lattice traversal; this body is walked as a cloud"
+                .into();
+        return fail(m, "leave the precision out");
+    }
+    if !spec.sweeps.iter().any(|sweep| sweep.single) {
+        let m = format!(
+            "every sum of `{}` adds what moves to what stays, as a bond to its stretch: in single precision the digits of small displacements are lost",
+            spec.law
+        );
+        let remedy = match spec.linearised {
+            true => "leave the precision out",
+            false => {
+                "set `linearised = true` in [material] where displacements are small, or leave the precision out"
+            }
+        };
+        return fail(m, remedy);
+    }
+    Ok(s.isa.unwrap_or_else(Isa::best) != Isa::Scalar)
+}
+
+impl Rounded {
+    pub fn new(spec: &Spec, programs: &[Program], len: usize) -> Rounded {
+        let single = || programs.iter().filter(|p| p.single);
+        if single().next().is_none() {
+            return Rounded::default();
+        }
+        let mut slots: Vec<usize> = single().flat_map(|p| p.nbr.iter().copied()).collect();
+        slots.sort_unstable();
+        slots.dedup();
+        Rounded {
+            u: vec![vec![0.0; len]; spec.dim],
+            values: vec![vec![0.0; len]; slots.len()],
+            slots,
+        }
+    }
+
+    pub fn bytes(&self) -> usize {
+        let all = self.u.iter().chain(&self.values);
+        all.map(|v| 4 * v.len()).sum()
+    }
+
+    fn of_slot(&self, slot: usize) -> Option<usize> {
+        self.slots.binary_search(&slot).ok()
+    }
+}
+
+fn round(from: &[f64], to: &mut [f32]) {
+    let one = |(from, to): (&[f64], &mut [f32])| {
+        for (from, to) in from.iter().zip(to) {
+            let v = *from as f32;
+            *to = if v.abs() < NOTHING { 0.0 } else { v };
+        }
+    };
+    if rayon::current_num_threads() > 1 && from.len() > 1 << 14 {
+        let parts = from.par_chunks(1 << 12).zip(to.par_chunks_mut(1 << 12));
+        parts.for_each(one);
+    } else {
+        one((from, to));
+    }
+}
+
+impl Engine {
+    /// Sums over bonds in single precision.
+    pub fn is_single(&self) -> bool {
+        !self.rounded.u.is_empty()
+    }
+
+    /// The state as the sums read it.
+    pub(super) fn round_state(&mut self, s: &State) {
+        if !self.is_single() {
+            return;
+        }
+        let mut rounded = std::mem::take(&mut self.rounded);
+        for (from, to) in s.u.iter().zip(&mut rounded.u) {
+            round(from, to);
+        }
+        for (&slot, to) in rounded.slots.iter().zip(&mut rounded.values) {
+            if !matches!(self.spec.slots[slot].kind, SlotKind::Computed(_)) {
+                round(self.read(self.homes[slot], s), to);
+            }
+        }
+        self.rounded = rounded;
+    }
+
+    /// What sweep `k` has written.
+    pub(super) fn round_outputs(&mut self, k: usize) {
+        for &slot in &self.programs[k].out {
+            if let (Some(at), Home::Array(a)) = (self.rounded.of_slot(slot), self.homes[slot]) {
+                round(&self.arrays[a], &mut self.rounded.values[at]);
+            }
+        }
+    }
+
+    pub(super) fn point_to_rounded(&self, k: usize, call: &mut Call) {
+        let p = &self.programs[k];
+        if !p.single {
+            return;
+        }
+        for (to, u) in call.u.iter_mut().zip(&self.rounded.u) {
+            *to = u.as_ptr().cast();
+        }
+        for (to, &slot) in call.nbr.iter_mut().zip(&p.nbr) {
+            if let Some(at) = self.rounded.of_slot(slot) {
+                *to = self.rounded.values[at].as_ptr().cast();
+            }
+        }
+    }
+
+    /// Refuses numbers that single precision cannot have, or whose products it could not have.
+    pub(super) fn check_range(&mut self, rest: &State) -> Result<(), SetupError> {
+        if !self.is_single() {
+            return Ok(());
+        }
+        // Sums read what it writes.
+        self.run_stage(Stage::Family, rest);
+        for (k, p) in self.programs.iter().enumerate().filter(|(_, p)| p.single) {
+            let all = [
+                self.constants_of(k),
+                self.numbers_of_nodes(k),
+                self.numbers_of_bonds(k),
+            ];
+            let unsafe_one = |v: &f64| *v != 0.0 && !SAFE.contains(v);
+            if let Some(v) = all.into_iter().flatten().find(unsafe_one) {
+                let m = format!(
+                    "`{}` takes numbers of {v:.1e} in SI units, which single precision cannot multiply",
+                    p.name
+                );
+                return Err(SetupError::Precision(m, "leave the precision out".into()));
+            }
+        }
+        Ok(())
+    }
+
+    /// The largest magnitude of each constant that a sweep reads.
+    fn constants_of(&self, k: usize) -> Vec<f64> {
+        let (sweep, count) = (&self.spec.sweeps[k], self.spec.constants.outs.len().max(1));
+        let ops = sweep.pre.ops.iter().chain(&sweep.post.ops);
+        let constant = |op: &Op| match op {
+            Op::Const(k) => Some(largest(
+                self.constants
+                    .iter()
+                    .skip(*k as usize)
+                    .step_by(count)
+                    .copied(),
+            )),
+            _ => None,
+        };
+        ops.filter_map(constant).collect()
+    }
+
+    /// Of each array that a sweep reads and that is known by now.
+    fn numbers_of_nodes(&self, k: usize) -> Vec<f64> {
+        let p = &self.programs[k];
+        let array = |slot: &usize| match self.homes[*slot] {
+            Home::Array(a) => Some(largest(self.arrays[a].iter().copied())),
+            _ => None,
+        };
+        p.own.iter().chain(&p.nbr).filter_map(array).collect()
+    }
+
+    /// Of each number of a bond, in single precision already.
+    fn numbers_of_bonds(&self, k: usize) -> Vec<f64> {
+        let Geometry::Table { values, .. } = &self.geometry[k] else {
+            return vec![];
+        };
+        let count = 1 + self.spec.dim + self.programs[k].geometry.outs.len();
+        let records = || values.chunks_exact(1 + count.div_ceil(2));
+        let number = |n: usize| {
+            let at = |record: &[f64]| {
+                let bytes = record[1 + n / 2].to_ne_bytes();
+                let half = std::array::from_fn(|k| bytes[n % 2 * 4 + k]);
+                f64::from(f32::from_ne_bytes(half))
+            };
+            largest(records().map(at))
+        };
+        (0..count).map(number).collect()
+    }
+}
+
+/// The largest magnitude; what is infinite is meant to be.
+fn largest(values: impl Iterator<Item = f64>) -> f64 {
+    let finite = values.filter(|v| v.is_finite());
+    finite.map(f64::abs).fold(0.0, f64::max)
+}

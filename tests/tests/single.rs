@@ -1,0 +1,282 @@
+//! Sums over bonds in single precision: as near to those in double precision as seven digits are, wherever they may be;
+//! everywhere else they are refused with the reason.
+
+use pdlang::assemble::Kinematics;
+use pdlang::ir::Law;
+use pdlang_models::registry::{self, CATALOGUE};
+use pdlang_runtime::body::Flavour;
+use pdlang_runtime::engine::{
+    self, Breaking, Engine, Isa, Precision, SetupError, State, Traversal,
+};
+use pdlang_tests::agreement::{Question, spec_for};
+use pdlang_tests::{bodies, laws};
+
+const STRAIN: f64 = 1e-3;
+/// Largest difference of a force or a rate, in units of the largest.
+fn near(law: &Law) -> f64 {
+    match law.name.as_str() {
+        // Inverses of shapes that broken bonds leave nearly flat.
+        name if name.starts_with("correspondence") => 5e-5,
+        // Values of the field are not small beside their differences.
+        _ if !law.fields.is_empty() => 1e-4,
+        _ => 2e-6,
+    }
+}
+
+fn engine_of(
+    q: &Question,
+    law: engine::Law,
+    traversal: Traversal,
+    precision: Precision,
+) -> Result<Engine, SetupError> {
+    let mut settings = q.settings(traversal, None);
+    settings.precision = precision;
+    Engine::new(&q.body, law, settings)
+}
+
+/// Forces and rates.
+fn answers(engine: &Engine) -> Vec<Vec<f64>> {
+    let rates = engine.rates().map(|r| r.drive.to_vec());
+    engine.force().iter().cloned().chain(rates).collect()
+}
+
+/// The largest difference of an answer, by the largest answer of its kind in all directions.
+fn distance(found: &Engine, expected: &Engine) -> f64 {
+    let kinds = |engine: &Engine| {
+        let all = answers(engine);
+        let (forces, rates) = all.split_at(engine.force().len());
+        let forces = forces.concat();
+        [vec![forces], rates.to_vec()].concat()
+    };
+    let one = |(a, b): (&Vec<f64>, &Vec<f64>)| {
+        let largest = b.iter().fold(0.0_f64, |m, b| m.max(b.abs()));
+        let apart = a
+            .iter()
+            .zip(b)
+            .map(|(a, b)| (a - b).abs())
+            .fold(0.0, f64::max);
+        if apart == 0.0 { 0.0 } else { apart / largest }
+    };
+    let (found, expected) = (kinds(found), kinds(expected));
+    assert_eq!(found.len(), expected.len());
+    found.iter().zip(&expected).map(one).fold(0.0, f64::max)
+}
+
+/// The law at a dimension in all forms that there are: tapes, and machine code where it is compiled in.
+fn forms(q: &Question, kinematics: Kinematics) -> Vec<engine::Law> {
+    let dim = q.body.flavour.dim();
+    let entry = registry::find(&q.law.name).expect("a law of the catalogue");
+    let compiled = match kinematics {
+        Kinematics::General => entry.compiled(dim),
+        Kinematics::Linearised => entry.compiled_linearised(dim),
+    };
+    let tapes = engine::Law::interpreted(spec_for(q.law, dim, kinematics));
+    std::iter::once(tapes).chain(compiled).collect()
+}
+
+/// Which laws may be summed in single precision as they are, and which of the others when they are linearised; how far
+/// their forces are from those in double precision, on a lattice with holes and broken bonds.
+#[test]
+fn seven_digits_of_every_law_that_has_them() {
+    let (mut as_they_are, mut linearised) = (vec![], vec![]);
+    for entry in CATALOGUE {
+        let law = laws::law(entry.name);
+        let near = near(&law);
+        let mut worst = [None::<f64>; 2];
+        for flavour in laws::flavours(&law) {
+            let question = Question::deformed(&law, bodies::carved(flavour, 1), STRAIN, 1);
+            for (k, kinematics) in [Kinematics::General, Kinematics::Linearised]
+                .into_iter()
+                .enumerate()
+            {
+                if k == 1 && pdlang::assemble::spec(&law, flavour.dim(), kinematics).is_err() {
+                    continue;
+                }
+                for form in forms(&question, kinematics) {
+                    let made = |precision| {
+                        engine_of(&question, form.clone(), Traversal::Lattice, precision)
+                    };
+                    let mut single = match made(Precision::Single) {
+                        Err(SetupError::Precision(..)) => continue,
+                        made => made.unwrap_or_else(|e| panic!("{question}: {e}")),
+                    };
+                    if Isa::best() == Isa::Scalar {
+                        continue;
+                    }
+                    assert!(single.is_single());
+                    let mut double =
+                        made(Precision::Double).unwrap_or_else(|e| panic!("{question}: {e}"));
+                    let states = [&mut single, &mut double].map(|engine| {
+                        let mut state = question.state(engine);
+                        engine.forces(&mut state, Breaking::Held);
+                        state
+                    });
+                    let apart = distance(&single, &double);
+                    assert!(apart < near, "{question} {kinematics:?}: {apart:e}");
+                    // What is not summed at every step is as it was.
+                    let energies = [
+                        single.energy(&states[0]).to_vec(),
+                        double.energy(&states[1]).to_vec(),
+                    ];
+                    let stages = |s: &pdlang_runtime::spec::SweepSpec| {
+                        s.stage == pdlang_runtime::spec::Stage::Step && s.single
+                    };
+                    let reads_steps =
+                        form.spec.sweeps.iter().any(stages) && energies[0] != energies[1];
+                    let largest = energies[1].iter().fold(0.0_f64, |m, e| m.max(e.abs()));
+                    let differ = energies[0]
+                        .iter()
+                        .zip(&energies[1])
+                        .map(|(a, b)| (a - b).abs());
+                    assert!(
+                        !reads_steps || differ.fold(0.0, f64::max) < near * largest,
+                        "{question}"
+                    );
+                    worst[k] = Some(worst[k].unwrap_or(0.0).max(apart));
+                }
+            }
+        }
+        let [general, linear] = worst.map(|w| w.map_or("-".into(), |w| format!("{w:.1e}")));
+        println!("{}: {general} as it is, {linear} linearised", entry.name);
+        match worst {
+            [Some(w), _] if w > 0.0 => as_they_are.push(entry.name),
+            [_, Some(w)] if w > 0.0 => linearised.push(entry.name),
+            _ => {}
+        }
+    }
+    if Isa::best() == Isa::Scalar {
+        return;
+    }
+    let general = [
+        "heat",
+        "heat_state",
+        "correspondence",
+        "correspondence_stabilised",
+        "correspondence_svk",
+        "absorbing",
+    ];
+    assert_eq!(as_they_are, general);
+    let linear = [
+        "pmb",
+        "gpmb",
+        "lps",
+        "lps_frozen",
+        "thermo_pmb",
+        "thermo_lps",
+        "lamina",
+        "laminate",
+    ];
+    assert_eq!(linearised, linear);
+}
+
+fn lps_linearised(q: &Question) -> engine::Law {
+    forms(q, Kinematics::Linearised).pop().expect("a form")
+}
+
+/// A body that is moved as a whole has no force, to the last bit: also far from the origin.
+#[test]
+fn a_translation_has_no_force() {
+    let law = laws::law("lps");
+    let question = Question::at_rest(&law, bodies::lattice(Flavour::Solid, [5, 4, 4], false));
+    let form = lps_linearised(&question);
+    let mut engine =
+        engine_of(&question, form, Traversal::Lattice, Precision::Single).expect("an engine");
+    let mut state = engine.state();
+    for (k, u) in state.u.iter_mut().enumerate() {
+        u.fill(0.1 + k as f64 / 3.0);
+    }
+    engine.forces(&mut state, Breaking::Held);
+    assert!(engine.force().iter().flatten().all(|f| *f == 0.0));
+}
+
+/// A wave in a bar after some hundred steps of the simplest kind.
+#[test]
+fn a_wave_stays_where_it_is_in_double_precision() {
+    let law = laws::law("pmb");
+    let question = Question::at_rest(&law, bodies::lattice(Flavour::Bar, [200, 1, 1], false));
+    let form = forms(&question, Kinematics::Linearised)
+        .pop()
+        .expect("a form");
+    let run = |precision| {
+        let mut engine =
+            engine_of(&question, form.clone(), Traversal::Lattice, precision).expect("an engine");
+        let mut state: State = engine.state();
+        for (node, x) in question.body.x.iter().enumerate() {
+            let from = (x[0] - 100.0 * bodies::DX) / (8.0 * bodies::DX);
+            state.u[0][engine.slot(node)] = 1e-3 * bodies::DX * (-from * from).exp();
+        }
+        // A hundredth of the force of the first step would move a node by its displacement in so much time.
+        engine.forces(&mut state, Breaking::Held);
+        let stiffest = engine.force()[0]
+            .iter()
+            .fold(0.0_f64, |m, f| m.max(f.abs()));
+        let step2 = 1e-2 * 1e-3 * bodies::DX / stiffest;
+        let mut v = vec![0.0; engine.len()];
+        for _ in 0..400 {
+            engine.forces(&mut state, Breaking::Held);
+            for ((u, v), f) in state.u[0].iter_mut().zip(&mut v).zip(&engine.force()[0]) {
+                *v += f * step2;
+                *u += *v;
+            }
+        }
+        let order = (0..question.body.x.len()).map(|node| state.u[0][engine.slot(node)]);
+        order.collect::<Vec<_>>()
+    };
+    let (single, double) = (run(Precision::Single), run(Precision::Double));
+    let largest = double.iter().fold(0.0_f64, |m, u| m.max(u.abs()));
+    let first = 1e-3 * bodies::DX;
+    assert!(
+        largest < 0.6 * first,
+        "the hump has become two: {largest:e}"
+    );
+    let apart = single
+        .iter()
+        .zip(&double)
+        .map(|(a, b)| (a - b).abs())
+        .fold(0.0, f64::max);
+    assert!(apart < 1e-5 * largest, "{:e}", apart / largest);
+}
+
+fn refusal(q: &Question, law: engine::Law, traversal: Traversal) -> String {
+    match engine_of(q, law, traversal, Precision::Single) {
+        Err(e @ SetupError::Precision(..)) => e.to_string(),
+        other => panic!("{:?}", other.map(|_| "an engine")),
+    }
+}
+
+#[test]
+fn what_loses_digits_is_refused() {
+    let law = laws::law("lps");
+    let question = Question::at_rest(&law, bodies::lattice(Flavour::Solid, [5, 4, 4], false));
+    let general = forms(&question, Kinematics::General).remove(0);
+    let linear = lps_linearised(&question);
+    let why = refusal(&question, general, Traversal::Lattice);
+    assert!(
+        why.contains("adds what moves to what stays") && why.contains("linearised = true"),
+        "{why}"
+    );
+    let why = refusal(&question, linear.clone(), Traversal::Cloud);
+    assert!(why.contains("walked as a cloud"), "{why}");
+    let why = refusal(&question, linear.clone(), Traversal::Convolution);
+    assert!(why.contains("convolution"), "{why}");
+    if Isa::best() == Isa::Scalar {
+        return;
+    }
+    // A body so small that its weighted volumes [m^5] are no numbers of single precision.
+    let mut small = question.clone();
+    let size = 1e-6;
+    small.horizon *= size;
+    small.body.spacing *= size;
+    small
+        .body
+        .volume
+        .iter_mut()
+        .for_each(|v| *v *= size * size * size);
+    small.body.x.iter_mut().flatten().for_each(|x| *x *= size);
+    if let Some(grid) = &mut small.body.grid {
+        grid.spacing *= size;
+        grid.origin = grid.origin.map(|x| x * size);
+    }
+    let why = refusal(&small, linear, Traversal::Lattice);
+    assert!(why.contains("single precision cannot multiply"), "{why}");
+}
