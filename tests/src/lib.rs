@@ -6,6 +6,7 @@ pub mod block;
 pub mod bodies;
 pub mod bridge;
 pub mod canaries;
+pub mod chance;
 pub mod fuzz;
 pub mod laws;
 #[cfg(target_arch = "x86_64")]

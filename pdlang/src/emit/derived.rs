@@ -7,6 +7,7 @@
 
 mod algebra;
 mod changes;
+mod factors;
 mod read;
 mod slopes;
 mod written;
@@ -17,17 +18,44 @@ use crate::ir::{BinaryOp, Home, Law, Shape};
 use algebra::Sum;
 use changes::Changes;
 use read::Scope;
-use slopes::{Bonds, Slopes};
+use slopes::Slopes;
+
+/// The bonds of a sum: its word and its family.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Bonds {
+    pub word: String,
+    pub family: Option<String>,
+}
+
+impl Bonds {
+    /// What tells names of these bonds from those of the intact bonds of the horizon.
+    fn mark(&self) -> String {
+        let family = self.family.as_ref().map(|family| format!("_{family}"));
+        let word = if self.word == "sum" { "" } else { "_sum0" };
+        family.unwrap_or_default() + word
+    }
+}
 
 /// What a name of a derivation stands for.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Meaning {
-    /// The slope of an energy by a quantity.
-    Slope(String, String),
+    /// The slope of an energy by a quantity; by one of bonds, from those of a sum.
+    Slope(String, String, Option<Bonds>),
     /// The change of a quantity.
     Change(String),
-    /// A force state, of a family.
-    State(Option<String>),
+    /// A force state on the bonds of a sum.
+    State(Bonds),
+    /// A force of bonds, which their other ends do not add to.
+    Pair(Bonds),
+}
+
+/// Why a law has no formulas.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Missing {
+    /// A slope is not known here.
+    Slope,
+    /// The law calls something else as the formulas call what they need.
+    Name(String),
 }
 
 /// A formula with a name.
@@ -71,91 +99,98 @@ impl Derived {
     }
 }
 
-/// The force and the tangent of a law that has forces. `None` where it has none, or a slope is not known here.
-pub(super) fn of(law: &Law, model: &Model, source: &Source) -> Option<Derived> {
+/// Bond quantities of the prelude that slopes and changes are made of.
+const NEEDED: [&str; 5] = ["x", "y", "e", "M", "Y"];
+
+/// The force and the tangent of a law that has forces.
+pub(super) fn of(law: &Law, model: &Model, source: &Source) -> Result<Derived, Missing> {
     let scope = Scope::new(law, model, source);
+    let hidden = NEEDED.into_iter().find(|name| !scope.is_prelude(name));
+    if let Some(name) = hidden {
+        return Err(Missing::Name(name.into()));
+    }
+    let derived = derived(&scope, model).ok_or(Missing::Slope)?;
+    let names = derived.meanings().into_iter().map(|(name, ..)| name);
+    match names.into_iter().find(|name| scope.is_taken(name)) {
+        Some(name) => Err(Missing::Name(name)),
+        None => Ok(derived),
+    }
+}
+
+fn derived(scope: &Scope, model: &Model) -> Option<Derived> {
     let mut named: Vec<Line> = vec![];
-    let mut states: Vec<(Bonds, Line)> = vec![];
-    // Pairs act at both ends by their own sum.
-    let mut pairs: Vec<(Bonds, Line)> = vec![];
+    let mut last: Vec<(Bonds, Line)> = vec![];
     for item in &model.items {
         let Item::Response(r) = item else { continue };
-        let value = scope.read(&r.expr)?;
         let bonds = Bonds {
             word: "sum".into(),
             family: r.family.as_ref().map(|f| f.text.clone()),
         };
-        let along = |value: Sum| value.times(&scope.bond("M", Shape::Vector));
-        let line = |value| Line {
-            meaning: Meaning::State(bonds.family.clone()),
-            name: String::new(),
-            home: Home::Bond,
-            shape: Shape::Vector,
-            value,
-        };
         match r.kind {
             ResponseKind::Energy => {
-                let slopes = Slopes::of(&scope, &r.name.text, &value)?;
+                let slopes = Slopes::of(scope, &r.name.text, &scope.read(&r.expr)?)?;
                 named.extend(slopes.lines);
                 for state in slopes.states {
-                    let value = along(state.along)?.plus(&state.vector)?;
-                    let meaning = Meaning::State(state.bonds.family.clone());
-                    states.push((
-                        state.bonds,
-                        Line {
-                            meaning,
-                            ..line(value)
-                        },
-                    ));
+                    let value = along(scope, &state.along)?.plus(&state.vector)?;
+                    last.push((state.bonds.clone(), state_of(state.bonds, value)));
                 }
             }
-            ResponseKind::State if value.shape() == Shape::Vector => {
-                states.push((bonds.clone(), line(value)));
+            ResponseKind::State => {
+                let value = scope.read(&r.expr)?;
+                let value = match value.shape() {
+                    Shape::Vector => value,
+                    _ => along(scope, &value)?,
+                };
+                last.push((bonds.clone(), state_of(bonds, value)));
             }
-            ResponseKind::State => states.push((bonds.clone(), line(along(value)?))),
-            ResponseKind::Pair => pairs.push((bonds.clone(), line(along(value)?))),
+            ResponseKind::Pair => {
+                let line = Line {
+                    meaning: Meaning::Pair(bonds.clone()),
+                    name: format!("T_pair{}", bonds.mark()),
+                    ..state_of(bonds.clone(), along(scope, &scope.read(&r.expr)?)?)
+                };
+                last.push((bonds, line));
+            }
             // The force of a node is there already.
             ResponseKind::Force => return None,
             ResponseKind::Rate => {}
         }
     }
-    if states.is_empty() && pairs.is_empty() {
-        return None;
-    }
-    let several = states.len() + pairs.len() > 1;
-    for (k, (bonds, line)) in states.iter_mut().chain(&mut pairs).enumerate() {
-        line.name = match &bonds.family {
-            Some(family) => format!("T_state_{family}"),
-            None if several && k > 0 => format!("T_state_{}", bonds.word),
-            None => "T_state".into(),
-        };
-    }
     let total = |prefix: &str| {
-        let both = states.iter().map(|(bonds, line)| {
+        let all = last.iter().map(|(bonds, line)| {
             let t = written::name(&format!("{prefix}{}", line.name));
-            let difference = binary(BinaryOp::Sub, t.clone(), written::prime(t));
-            written::call(&bonds.word, bonds.family.as_deref(), vec![difference])
+            let felt = match line.meaning {
+                // A pair acts at both ends by their own sums.
+                Meaning::Pair(_) => t,
+                _ => binary(BinaryOp::Sub, t.clone(), written::prime(t)),
+            };
+            written::call(&bonds.word, bonds.family.as_deref(), vec![felt])
         });
-        let one = pairs.iter().map(|(bonds, line)| {
-            let t = written::name(&format!("{prefix}{}", line.name));
-            written::call(&bonds.word, bonds.family.as_deref(), vec![t])
-        });
-        let all = both.chain(one);
         all.reduce(|a, b| binary(BinaryOp::Add, a, b))
     };
-    let last: Vec<Line> = states
-        .iter()
-        .chain(&pairs)
-        .map(|(_, line)| line.clone())
-        .collect();
-    let tangent = Changes::of(&scope, &named, &last)?;
-    named.extend(last.iter().cloned());
+    let (total, change) = (total("")?, total("d_")?);
+    let last: Vec<Line> = last.into_iter().map(|(_, line)| line).collect();
+    let tangent = Changes::of(&scope.with(&named), &named, &last)?;
     Some(Derived {
-        total: total("")?,
-        change: total("d_")?,
-        force: named.iter().map(shown).collect(),
+        total,
+        change,
+        force: named.iter().chain(&last).map(shown).collect(),
         tangent: tangent.iter().map(shown).collect(),
     })
+}
+
+fn along(scope: &Scope, value: &Sum) -> Option<Sum> {
+    value.times(&scope.bond("M", Shape::Vector))
+}
+
+fn state_of(bonds: Bonds, value: Sum) -> Line {
+    Line {
+        name: format!("T_state{}", bonds.mark()),
+        meaning: Meaning::State(bonds),
+        home: Home::Bond,
+        shape: Shape::Vector,
+        value,
+    }
 }
 
 use written::binary;
@@ -180,7 +215,7 @@ pub const DIRECTION: &str = "w_field";
 pub fn definitions(text: &str, tangent: bool) -> Option<Vec<String>> {
     let source = crate::front::source(text, "", &mut crate::files::nowhere);
     let (law, model) = (source.checked.laws.first()?, source.models.first()?);
-    let derived = of(law, model, &source)?;
+    let derived = of(law, model, &source).ok()?;
     let mut lines = vec![];
     let mut formulas: Vec<&Formula> = derived.force.iter().collect();
     if tangent {

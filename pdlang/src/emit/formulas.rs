@@ -1,27 +1,18 @@
 //! The parts of a law's page that nobody wrote: its force and its tangent.
 
-use super::derived::{Derived, Formula};
+use super::derived::{Derived, Formula, Missing};
 use super::latex::Notation;
 use super::render::Part;
 use crate::ast::{Item, Model, ResponseKind};
 
-pub(super) fn parts(derived: Option<&Derived>, model: &Model, notation: &Notation) -> Vec<Part> {
-    let Some(derived) = derived else {
-        let given =
-            |item: &Item| matches!(item, Item::Response(r) if r.kind == ResponseKind::Force);
-        let rates = |item: &Item| matches!(item, Item::Response(r) if r.kind != ResponseKind::Rate);
-        // A force that the law writes itself stands among its definitions; a law of fields has none.
-        return match model.items.iter().any(given) || !model.items.iter().any(rates) {
-            true => vec![],
-            false => vec![
-                heading("Force and tangent"),
-                Part::Text(
-                    "The compiler derives both; a function whose slope has no formula on this page keeps them from standing here. \
-                     `pdlang emit --stage passes` shows them as they are computed."
-                        .into(),
-                ),
-            ],
-        };
+pub(super) fn parts(
+    derived: Result<&Derived, &Missing>,
+    model: &Model,
+    notation: &Notation,
+) -> Vec<Part> {
+    let derived = match derived {
+        Ok(derived) => derived,
+        Err(why) => return without(why, model),
     };
     let energy = model
         .items
@@ -56,6 +47,27 @@ pub(super) fn parts(derived: Option<&Derived>, model: &Model, notation: &Notatio
     parts.extend(derived.tangent.iter().map(|f| equation(f, notation)));
     parts.push(equation_of(&change, &derived.change));
     parts
+}
+
+/// A force that the law writes itself stands among its definitions; a law of fields has none.
+fn without(why: &Missing, model: &Model) -> Vec<Part> {
+    let given = |item: &Item| matches!(item, Item::Response(r) if r.kind == ResponseKind::Force);
+    let rates = |item: &Item| matches!(item, Item::Response(r) if r.kind != ResponseKind::Rate);
+    if model.items.iter().any(given) || !model.items.iter().any(rates) {
+        return vec![];
+    }
+    let why = match why {
+        Missing::Slope => "a function whose slope has no formula on this page keeps them".into(),
+        Missing::Name(name) => {
+            format!(
+                "the name `{name}`, which the formulas need for a quantity of their own, keeps them"
+            )
+        }
+    };
+    let words = format!(
+        "The compiler derives both; {why} from standing here. `pdlang emit --stage passes` shows them as they are computed."
+    );
+    vec![heading("Force and tangent"), Part::Text(words)]
 }
 
 fn heading(words: &str) -> Part {

@@ -3,7 +3,7 @@
 //! A sum runs over the other ends j of the bonds of a node and is weighted with their volumes; H is the
 //! family of intact bonds, H_0 that of all there ever were. A prime is the other end.
 
-use super::derived::Meaning;
+use super::derived::{Bonds, Meaning};
 use super::symbols;
 use crate::ast::{Argument, Expr, ExprKind};
 use crate::ir::{BinaryOp, CompareOp, Law, Shape};
@@ -72,12 +72,13 @@ impl Notation<'_> {
 
     fn meaning(&self, meaning: &Meaning) -> String {
         match meaning {
-            Meaning::Slope(of, by) => {
-                format!(
-                    "\\frac{{\\partial {}}}{{\\partial {}}}",
-                    self.name(of),
-                    self.name(by)
-                )
+            Meaning::Slope(of, by, bonds) => {
+                let (of, by) = (self.name(of), self.name(by));
+                let slope = format!("\\frac{{\\partial {of}}}{{\\partial {by}}}");
+                match bonds.as_ref().map(marks).filter(|marks| !marks.is_empty()) {
+                    Some(marks) => format!("\\left.{slope}\\right|_{{{marks}}}"),
+                    None => slope,
+                }
             }
             Meaning::Change(of) => match self.meanings.iter().find(|(name, ..)| name == of) {
                 Some((_, Meaning::Slope(..), _)) => {
@@ -85,13 +86,8 @@ impl Notation<'_> {
                 }
                 _ => format!("\\mathrm{{d}}{{{}}}", self.name(of)),
             },
-            Meaning::State(None) => "\\underline{\\mathbf{T}}".into(),
-            Meaning::State(Some(family)) => {
-                format!(
-                    "\\underline{{\\mathbf{{T}}}}^{{\\text{{{}}}}}",
-                    words(family)
-                )
-            }
+            Meaning::State(bonds) => marked("\\underline{\\mathbf{T}}", bonds),
+            Meaning::Pair(bonds) => marked("\\mathbf{t}", bonds),
         }
     }
 
@@ -318,6 +314,24 @@ impl Notation<'_> {
             ),
         }
     }
+}
+
+fn marked(letter: &str, bonds: &Bonds) -> String {
+    match marks(bonds) {
+        marks if marks.is_empty() => letter.into(),
+        marks => format!("{letter}^{{{marks}}}"),
+    }
+}
+
+/// The family of bonds, and a zero for those of the undamaged body.
+fn marks(bonds: &Bonds) -> String {
+    let family = bonds
+        .family
+        .as_ref()
+        .map(|f| format!("\\text{{{}}}", words(f)));
+    let whole = (bonds.word == "sum0").then(|| "0".to_string());
+    let marks: Vec<String> = family.into_iter().chain(whole).collect();
+    marks.join(",")
 }
 
 /// Whether what follows would seem to belong to it: the end of a sum over bonds, or of a product of vectors.

@@ -4,6 +4,7 @@
 //! the snapshots of the tests rest on it.
 
 mod ast;
+mod broken;
 mod computed;
 pub mod derived;
 mod formulas;

@@ -2,7 +2,7 @@
 //!
 //! Contract. Whatever a page says, it says in all forms: the forms differ in nothing but their marks.
 
-use super::symbols;
+use super::{broken, symbols};
 
 /// A part of a page. Words have `code` in backquotes, formulas in `$` and links as in Markdown.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,7 +40,10 @@ pub(super) fn page(form: Form, title: &str, link: Option<&str>, parts: &[Part]) 
     let mut text = match form {
         Form::Terminal => format!("{title}\n"),
         Form::Markdown => format!("# {title}\n"),
-        Form::Latex => format!("\\section*{{{}}}\n", symbols::prose(title)),
+        Form::Latex => format!(
+            "% \\usepackage{{amsmath,array}}\n\\section*{{{}}}\n\\begingroup\\sloppy\n",
+            symbols::prose(title)
+        ),
     };
     if let (Form::Markdown, Some(link)) = (form, link) {
         let file = link.rsplit('/').next().unwrap_or(link);
@@ -48,6 +51,9 @@ pub(super) fn page(form: Form, title: &str, link: Option<&str>, parts: &[Part]) 
     }
     for part in parts {
         text += &show(part);
+    }
+    if form == Form::Latex {
+        text += "\n\\endgroup\n";
     }
     let dollar = if form == Form::Terminal { "$" } else { "\\$" };
     text.replace(DOLLAR, dollar)
@@ -83,25 +89,72 @@ fn latex(part: &Part) -> String {
         Part::Heading(heading) => format!("\n\\subsection*{{{}}}\n", symbols::prose(heading)),
         Part::Text(words) => format!("\n{}\n", words_in_latex(words)),
         Part::Equation(before, formula) => {
-            format!("\n{}\n\\[ {formula} \\]\n", words_in_latex(before))
+            format!(
+                "\n{}\n{}\n",
+                words_in_latex(before),
+                broken::display(formula)
+            )
         }
-        Part::Table(columns, rows) => {
+        Part::Table(columns, all) => {
             let row = |cells: Vec<String>| {
                 let cells: Vec<String> = cells.iter().map(|c| words_in_latex(c)).collect();
                 format!("{} \\\\\n", cells.join(" & "))
             };
             let head = row(columns.iter().map(|c| c.to_string()).collect());
-            let rows: String = rows.iter().map(|r| row(r.clone())).collect();
-            let layout = "l".repeat(columns.len());
-            format!("\n\\begin{{tabular}}{{{layout}}}\n{head}\\hline\n{rows}\\end{{tabular}}\n")
+            let rows: String = all.iter().map(|r| row(r.clone())).collect();
+            let layout = layout(columns, all);
+            format!(
+                "\n{{\\small\n\\noindent\\begin{{tabular}}{{{layout}}}\n{head}\\hline\n{rows}\\end{{tabular}}}}\n"
+            )
         }
-        Part::Code(text) => format!("\n\\begin{{verbatim}}\n{text}\n\\end{{verbatim}}\n"),
+        Part::Code(text) => {
+            // What would end the text early is a letter apart.
+            let text = text.replace("\\end{verbatim}", "\\end {verbatim}");
+            let longest = text.lines().map(|l| l.chars().count()).max().unwrap_or(0);
+            let size = match longest {
+                0..=64 => "normalsize",
+                65..=80 => "footnotesize",
+                81..=92 => "scriptsize",
+                _ => "tiny",
+            };
+            format!("\n{{\\{size}\n\\begin{{verbatim}}\n{text}\n\\end{{verbatim}}\n}}\n")
+        }
         // LaTeX reads no SVG without a package: the file is named.
         Part::Picture(what, path) => {
             let (what, path) = (symbols::prose(what), symbols::prose(path));
             format!("\n{what}: \\texttt{{{path}}}\n")
         }
     }
+}
+
+/// Letters of a line of a table in LaTeX, and of the space between two columns.
+const TABLE: (usize, usize) = (72, 3);
+
+/// Columns as wide as what they hold; where that is too much for a line, each gets its share and breaks its words.
+fn layout(columns: &[&str], rows: &[Vec<String>]) -> String {
+    let longest = |(k, head): (usize, &&str)| {
+        let words = |text: &str| text.split(' ').map(str::len).max().unwrap_or(0);
+        let cells = rows.iter().filter_map(|row| row.get(k));
+        let most = cells.clone().map(|c| c.chars().count()).max().unwrap_or(0);
+        let word = cells.map(|c| words(c)).max().unwrap_or(0);
+        (most.max(head.len()), word.max(words(head)))
+    };
+    let widths: Vec<(usize, usize)> = columns.iter().enumerate().map(longest).collect();
+    let all: usize = widths.iter().map(|(most, _)| most + TABLE.1).sum();
+    if all <= TABLE.0 {
+        return "l".repeat(columns.len());
+    }
+    // Every column has room for its longest word, the rest is shared.
+    let need = |(most, word): &(usize, usize)| (*word).min(24) as f64 + (*most as f64).sqrt();
+    let needed: f64 = widths.iter().map(need).sum();
+    let room = 1.0 - 0.04 * columns.len() as f64;
+    let column = |w| {
+        format!(
+            ">{{\\raggedright\\arraybackslash}}p{{{:.3}\\linewidth}}",
+            room * need(w) / needed
+        )
+    };
+    widths.iter().map(column).collect()
 }
 
 /// `code` becomes typewriter; formulas stay, and so do the words of links.

@@ -42,7 +42,7 @@ pub(super) fn name(text: &str, bold: bool) -> String {
     };
     match index.chars().count() {
         0 => head,
-        1 => format!("{head}_{index}"),
+        1 if index != "_" => format!("{head}_{index}"),
         _ if index.chars().all(|c| c.is_ascii_digit()) => format!("{head}_{{{index}}}"),
         _ if GREEK.contains(&index) => format!("{head}_\\{index}"),
         _ => format!("{head}_{{\\mathrm{{{}}}}}", index.replace('_', "\\_")),
@@ -68,7 +68,11 @@ pub(super) fn number(value: f64) -> String {
 /// A unit as it was written, in upright letters: `kg/m^3`.
 pub(super) fn unit(unit: &UnitExpr) -> String {
     let one = |(name, power): &(crate::ast::Name, f64)| {
-        let name = name.text.replace('µ', "μ").replace('%', "\\%");
+        let name = name
+            .text
+            .replace(['µ', 'μ'], "\\mu ")
+            .replace('°', "^\\circ ")
+            .replace('%', "\\%");
         match power.abs() {
             1.0 => format!("\\mathrm{{{name}}}"),
             n => format!("\\mathrm{{{name}}}^{{{n}}}"),
@@ -125,6 +129,7 @@ mod tests {
             ("ed", "\\mathit{ed}"),
             ("Gamma", "\\Gamma"),
             ("_x", "\\mathit{\\_x}"),
+            ("a__", "a_{\\mathrm{\\_}}"),
         ] {
             assert_eq!(name(text, false), latex);
         }

@@ -305,16 +305,24 @@ impl Sum {
         }
     }
 
-    /// A scalar to a power.
+    /// A scalar to a power. `None` where that is no product of powers: the root of a square is not its base, and a root
+    /// of a product need not be one of its factors.
     pub(super) fn power(&self, power: Ratio) -> Option<Sum> {
+        if power.is_zero() {
+            return Some(Sum::int(1));
+        }
         if let (Some(number), Some(n)) = (self.value(), power.as_int()) {
             return number.powi(n).map(Sum::number);
         }
         let base = self.factor();
         let product = base.0.first()?;
-        // A root of a number stays one.
         let whole = power.as_int();
-        if whole.is_none() && !product.number.is_one() || !product.tensors.is_empty() {
+        let rooted = match product.scalars.as_slice() {
+            // An even power loses the sign.
+            [(_, own)] => product.number.is_one() && own.as_int().is_none_or(|n| n % 2 != 0),
+            _ => false,
+        };
+        if whole.is_none() && !rooted || !product.tensors.is_empty() {
             return None;
         }
         let number = whole.map_or(Some(Ratio::ONE), |n| product.number.powi(n))?;
@@ -436,7 +444,13 @@ fn opened_atom(atom: &Atom, inside: &dyn Fn(&Atom) -> Option<Sum>) -> Option<Sum
     }
 }
 
+/// Terms that a page still shows; products of sums have many more than their text.
+const MOST_TERMS: usize = 200;
+
 fn spread(a: &Sum, b: &Sum) -> Option<Sum> {
+    if a.0.len() * b.0.len() > MOST_TERMS {
+        return None;
+    }
     let mut sum = Sum::ZERO;
     for x in &a.0 {
         for y in &b.0 {

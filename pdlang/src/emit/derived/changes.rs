@@ -1,6 +1,7 @@
 //! The tangent: what a small change of the displacements changes, quantity by quantity.
 
-use super::algebra::{Atom, Kind, Product, Sum, dot, outer, summed};
+use super::algebra::{Atom, Kind, Sum, dot, outer, summed};
+use super::factors::factors;
 use super::read::{Scope, boolean, scalar, vector};
 use super::slopes::select;
 use super::{Line, Meaning};
@@ -21,7 +22,7 @@ fn change(name: &str) -> String {
 }
 
 impl<'s, 'a> Changes<'s, 'a> {
-    /// The change of `last`, and before it that of everything that it needs.
+    /// The change of `last`, and before it that of everything that it needs. `scope` knows which of `named` move.
     pub(super) fn of(scope: &'s Scope<'a>, named: &[Line], last: &[Line]) -> Option<Vec<Line>> {
         let mut changes = Changes {
             scope,
@@ -90,7 +91,7 @@ impl<'s, 'a> Changes<'s, 'a> {
                 Some(of_bond(Shape::Vector, eta.minus(&along)?.over(&y)?))
             }
             _ => {
-                let def = scope.law.defs.iter().find(|d| d.name == name)?;
+                let def = scope.def(name)?;
                 let value = scope.read(&scope.written(name)?.expr)?;
                 Some(Line {
                     meaning: Meaning::Change(name.into()),
@@ -110,56 +111,12 @@ impl<'s, 'a> Changes<'s, 'a> {
         Atom::name(&change(name), shape, home).sum()
     }
 
-    fn moves(&self, atom: &Atom) -> bool {
-        match &atom.kind {
-            Kind::Name(name) if self.named.iter().any(|l| l.name == *name) => true,
-            Kind::Prime(inner) => self.moves(inner),
-            Kind::Sum(inner) => self.sum_moves(inner),
-            Kind::Call(name, _, args) if name != "under" && name != "ball" => {
-                args.iter().any(|a| self.sum_moves(a))
-            }
-            _ => self.scope.atom_moves(atom),
-        }
-    }
-
-    fn sum_moves(&self, sum: &Sum) -> bool {
-        let of = |p: &Product| {
-            p.scalars.iter().any(|(a, _)| self.moves(a)) || p.tensors.iter().any(|a| self.moves(a))
-        };
-        sum.0.iter().any(of)
-    }
-
     fn sum(&mut self, value: &Sum) -> Option<Sum> {
         let mut all = Sum::ZERO;
         for p in &value.0 {
-            for (k, (atom, power)) in p.scalars.iter().enumerate() {
-                if !self.moves(atom) {
-                    continue;
-                }
-                let mut rest = p.clone();
-                rest.number = rest.number.mul(*power)?;
-                rest.scalars[k].1 = power.add(Ratio::int(-1))?;
-                if rest.scalars[k].1.is_zero() {
-                    rest.scalars.remove(k);
-                }
-                let own = self.atom(atom)?;
-                // A tensor stays behind the scalars.
-                all = all.plus(&Sum(vec![rest]).times(&own)?)?;
-            }
-            for (k, atom) in p.tensors.iter().enumerate() {
-                if self.moves(atom) {
-                    let own = self.atom(atom)?;
-                    let part = |tensors: &[Atom], number, scalars: &[(Atom, Ratio)]| {
-                        Sum(vec![Product {
-                            number,
-                            scalars: scalars.to_vec(),
-                            tensors: tensors.to_vec(),
-                        }])
-                    };
-                    let before = part(&p.tensors[..k], p.number, &p.scalars);
-                    let behind = part(&p.tensors[k + 1..], Ratio::ONE, &[]);
-                    all = all.plus(&before.times(&own)?.times(&behind)?)?;
-                }
+            for factor in factors(p, |atom| self.scope.atom_moves(atom))? {
+                let own = self.atom(factor.atom)?;
+                all = all.plus(&factor.change(&own)?)?;
             }
         }
         Some(all)
@@ -175,14 +132,17 @@ impl<'s, 'a> Changes<'s, 'a> {
             Kind::Sum(inner) => self.sum(inner),
             Kind::Component(inner, axes) => {
                 let own = self.sum(inner)?;
-                Some(scalar(Kind::Component(own, axes.clone()), atom.home))
+                Some(match own.is_zero() {
+                    true => own,
+                    false => scalar(Kind::Component(own, axes.clone()), atom.home),
+                })
             }
             Kind::Vector(parts) => {
                 let parts = parts.iter().map(|p| self.sum(p)).collect::<Option<_>>()?;
                 Some(vector(parts))
             }
             Kind::Power(a, b) => {
-                (!self.sum_moves(b)).then_some(())?;
+                (!self.scope.sum_moves(b)).then_some(())?;
                 let less = Kind::Power(a.clone(), b.minus(&Sum::int(1))?);
                 self.sum(a)?.times(b)?.times(&scalar(less, atom.home))
             }

@@ -1,10 +1,12 @@
 //! Written expressions as sums of products, and what a law's names are.
 
+use super::Line;
 use super::algebra::{Atom, Kind, Product, Sum, dot, is_scalar, outer, summed};
 use crate::ast::{self, Argument, Expr, ExprKind, Item};
 use crate::front::Source;
-use crate::ir::{BinaryOp, Home, Law, Shape};
+use crate::ir::{BinaryOp, Def, Home, Law, Shape};
 use crate::ratio::Ratio;
+use crate::resolve::declare::declared;
 use crate::resolve::{names, walk};
 use std::collections::{HashMap, HashSet};
 
@@ -12,10 +14,13 @@ use std::collections::{HashMap, HashSet};
 const EVEN: [&str; 4] = ["x", "y", "e", "s"];
 const ODD: [&str; 4] = ["xi", "eta", "Y", "M"];
 
+#[derive(Clone)]
 pub(super) struct Scope<'a> {
     pub law: &'a Law,
-    model: &'a ast::Model,
     source: &'a Source<'a>,
+    /// What the law declares: its definitions, and whatever else has a name.
+    declared: HashMap<&'a str, Option<&'a ast::Definition>>,
+    defs: HashMap<&'a str, &'a Def>,
     /// Definitions that follow the deformation.
     moving: HashSet<String>,
 }
@@ -25,10 +30,18 @@ type Arguments = HashMap<String, Sum>;
 
 impl<'a> Scope<'a> {
     pub(super) fn new(law: &'a Law, model: &'a ast::Model, source: &'a Source<'a>) -> Scope<'a> {
+        let name = |item: &'a Item| {
+            let definition = match item {
+                Item::Definition(d) => Some(d),
+                _ => None,
+            };
+            Some((declared(item)?.text.as_str(), definition))
+        };
         let mut scope = Scope {
             law,
-            model,
             source,
+            declared: model.items.iter().filter_map(name).collect(),
+            defs: law.defs.iter().map(|d| (d.name.as_str(), d)).collect(),
             moving: HashSet::new(),
         };
         // In dependency order.
@@ -43,27 +56,52 @@ impl<'a> Scope<'a> {
         scope
     }
 
-    /// Definitions of the law itself, in dependency order.
-    pub(super) fn own(&self) -> impl DoubleEndedIterator<Item = &'a crate::ir::Def> {
-        let model = self.model;
-        let own = move |name: &str| definition(model, name).is_some();
-        self.law.defs.iter().filter(move |def| own(&def.name))
+    /// With results of a derivation, those that follow the deformation known as such.
+    pub(super) fn with(&self, lines: &[Line]) -> Scope<'a> {
+        let mut scope = self.clone();
+        for line in lines {
+            if scope.sum_moves(&line.value) {
+                scope.moving.insert(line.name.clone());
+            }
+        }
+        scope
+    }
+
+    /// Definitions of the law and of its file, in dependency order.
+    pub(super) fn own(&self) -> impl DoubleEndedIterator<Item = &'a Def> + '_ {
+        let defs = &self.law.defs;
+        defs.iter().filter(|def| self.is_own(&def.name))
+    }
+
+    pub(super) fn def(&self, name: &str) -> Option<&'a Def> {
+        self.defs.get(name).copied()
     }
 
     pub(super) fn is_own(&self, name: &str) -> bool {
-        definition(self.model, name).is_some()
+        match self.declared.get(name) {
+            Some(definition) => definition.is_some(),
+            None => self.source.library.own.definitions.contains_key(name),
+        }
+    }
+
+    /// Whether the law calls something so, or what its definitions are made of.
+    pub(super) fn is_taken(&self, name: &str) -> bool {
+        self.declared.contains_key(name) || self.defs.contains_key(name)
     }
 
     pub(super) fn written(&self, name: &str) -> Option<&'a ast::Definition> {
-        definition(self.model, name).or_else(|| self.source.library.definition(name, false))
+        match self.declared.get(name) {
+            Some(definition) => *definition,
+            None => self.source.library.definition(name, false),
+        }
     }
 
     /// Whether a bond quantity means what the prelude says.
     pub(super) fn is_prelude(&self, name: &str) -> bool {
-        let own = self.source.library.own.definitions.contains_key(name);
         let primitive = names::PRIMITIVES.iter().any(|p| p.name == name);
-        primitive
-            || !own && !self.is_own(name) && self.source.library.definition(name, true).is_some()
+        let hidden = self.declared.contains_key(name)
+            || self.source.library.own.definitions.contains_key(name);
+        primitive || !hidden && self.source.library.definition(name, true).is_some()
     }
 
     pub(super) fn is_moving(&self, name: &str) -> bool {
@@ -77,7 +115,9 @@ impl<'a> Scope<'a> {
             ExprKind::Number(..) => false,
             ExprKind::Name(name) => self.is_moving(name),
             // Of a gradient that is given.
-            ExprKind::Call { name, .. } if name.text == "under" => false,
+            ExprKind::Call { name, .. } if ["under", "count"].contains(&name.text.as_str()) => {
+                false
+            }
             ExprKind::Call { name, args, .. } => {
                 let inside = self.source.library.function(&name.text, false);
                 args.iter().any(|arg| self.moves(&arg.value))
@@ -88,13 +128,10 @@ impl<'a> Scope<'a> {
                         mentioned.iter().any(|n| free(n) && self.is_moving(n))
                     })
             }
-            ExprKind::Neg(a)
-            | ExprKind::Not(a)
-            | ExprKind::Prime(a)
-            | ExprKind::Component(a, _) => self.moves(a),
-            ExprKind::Binary(_, a, b) | ExprKind::Compare(_, a, b) => {
-                self.moves(a) || self.moves(b)
-            }
+            // Which of two it is follows the deformation in jumps.
+            ExprKind::Not(_) | ExprKind::Compare(..) => false,
+            ExprKind::Neg(a) | ExprKind::Prime(a) | ExprKind::Component(a, _) => self.moves(a),
+            ExprKind::Binary(_, a, b) => self.moves(a) || self.moves(b),
             ExprKind::Vector(parts) => parts.iter().any(|part| self.moves(part)),
             ExprKind::Case(arms) => arms.iter().any(|(_, arm)| self.moves(arm)),
         }
@@ -103,8 +140,7 @@ impl<'a> Scope<'a> {
     /// What a name stands for.
     pub(super) fn atom(&self, name: &str) -> Option<Atom> {
         let law = self.law;
-        let found = law.defs.iter().find(|d| d.name == name);
-        if let Some(def) = found {
+        if let Some(def) = self.def(name) {
             return Some(Atom::name(name, def.shape, def.home));
         }
         if let Some(field) = law.fields.iter().find(|f| f.name == name) {
@@ -173,7 +209,16 @@ impl<'a> Scope<'a> {
                 Some(boolean(Kind::Not(a), home))
             }
             // Choices by flavour are of constants; others are not read.
-            ExprKind::Case(_) if !self.moves(e) && inside.is_empty() => Some(constant(e).sum()),
+            ExprKind::Case(arms) if !self.moves(e) && inside.is_empty() => {
+                let arms: Vec<Sum> = arms
+                    .iter()
+                    .map(|(_, arm)| read(arm))
+                    .collect::<Option<_>>()?;
+                let home = arms.iter().map(Sum::home).max()?;
+                let shape = arms.first()?.shape();
+                let kind = Kind::Written(e.clone());
+                Some(Atom { kind, shape, home }.sum())
+            }
             ExprKind::Case(_) => None,
             ExprKind::Call { name, family, args } => self.call(
                 &name.text,
@@ -259,6 +304,10 @@ impl<'a> Scope<'a> {
             let inner = all.pop()?;
             return match name {
                 "sum" | "sum0" => summed(name, family, &inner),
+                "mean" if self.sum_moves(&inner) => {
+                    let volume = summed("sum", family, &Sum::int(1))?;
+                    summed("sum", family, &inner)?.over(&volume)
+                }
                 _ => {
                     let atom = Atom {
                         kind: Kind::Call(
@@ -304,13 +353,12 @@ impl<'a> Scope<'a> {
     pub(super) fn atom_moves(&self, atom: &Atom) -> bool {
         match &atom.kind {
             Kind::Name(name) => self.is_moving(name),
-            Kind::Call(name, ..) if name == "under" || name == "ball" => false,
+            Kind::Call(name, ..) if ["under", "ball", "count"].contains(&name.as_str()) => false,
+            Kind::Not(_) | Kind::Compare(..) | Kind::Logic(..) => false,
             Kind::Call(_, _, args) | Kind::Vector(args) => args.iter().any(|a| self.sum_moves(a)),
             Kind::Prime(a) => self.atom_moves(a),
-            Kind::Sum(a) | Kind::Component(a, _) | Kind::Not(a) => self.sum_moves(a),
-            Kind::Power(a, b) | Kind::Compare(_, a, b) | Kind::Logic(_, a, b) => {
-                self.sum_moves(a) || self.sum_moves(b)
-            }
+            Kind::Sum(a) | Kind::Component(a, _) => self.sum_moves(a),
+            Kind::Power(a, b) => self.sum_moves(a) || self.sum_moves(b),
             Kind::Written(e) => self.moves(e),
         }
     }
@@ -354,13 +402,6 @@ impl<'a> Scope<'a> {
             ),
         }
     }
-}
-
-fn definition<'a>(model: &'a ast::Model, name: &str) -> Option<&'a ast::Definition> {
-    model.items.iter().find_map(|item| match item {
-        Item::Definition(d) if d.name.text == name => Some(d),
-        _ => None,
-    })
 }
 
 fn constant(e: &Expr) -> Atom {

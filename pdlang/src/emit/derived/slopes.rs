@@ -4,18 +4,12 @@
 //! volume of the other end, so its slope is per both volumes; that by the relative position is the force state
 //! (Silling et al. 2007, J. Elasticity 88, eq. 29).
 
-use super::algebra::{Atom, Kind, Product, Sum, contracted, dot, outer, summed};
+use super::algebra::{Atom, Kind, Product, Sum, dot, outer, summed};
+use super::factors::factors;
 use super::read::{Scope, boolean, scalar, vector};
-use super::{Line, Meaning};
+use super::{Bonds, Line, Meaning};
 use crate::ir::{CompareOp, Home, Shape};
 use crate::ratio::Ratio;
-
-/// The bonds of a sum: its word and its family.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Bonds {
-    pub word: String,
-    pub family: Option<String>,
-}
 
 #[derive(Clone, Debug, PartialEq)]
 enum Place {
@@ -71,17 +65,20 @@ impl<'s, 'a> Slopes<'s, 'a> {
         if !alias && !long {
             return Some(slope);
         }
-        let def = self.scope.law.defs.iter().find(|d| d.name == of)?;
-        let mut name = format!("d{}_d{of}", self.energy);
-        if let Place::Bond(Bonds {
-            family: Some(family),
-            ..
-        }) = place
-        {
-            name += &format!("_{family}");
-        }
+        let def = self.scope.def(of)?;
+        // Only the symmetric part of it meets a change of what is symmetric, and the name promises that.
+        let slope = match def.shape == Shape::Symmetric && slope.shape() != Shape::Symmetric {
+            true => slope.mapped("sym", Shape::Symmetric)?,
+            false => slope,
+        };
+        let bonds = match place {
+            Place::Bond(bonds) => Some(bonds.clone()),
+            Place::Node => None,
+        };
+        let mark = bonds.as_ref().map_or_else(String::new, Bonds::mark);
+        let name = format!("d{}_d{of}{mark}", self.energy);
         self.lines.push(Line {
-            meaning: Meaning::Slope(self.energy.clone(), of.into()),
+            meaning: Meaning::Slope(self.energy.clone(), of.into(), bonds),
             name: name.clone(),
             home: def.home,
             shape: def.shape,
@@ -101,7 +98,7 @@ impl<'s, 'a> Slopes<'s, 'a> {
         let scope = self.scope;
         let inside = |atom: &Atom| match &atom.kind {
             Kind::Name(name) if scope.is_own(name) && scope.is_moving(name) => {
-                let def = scope.law.defs.iter().find(|d| d.name == *name)?;
+                let def = scope.def(name)?;
                 let opens = def.home == Home::Node && def.shape == Shape::Symmetric;
                 opens.then(|| scope.read(&scope.written(name)?.expr))?
             }
@@ -148,24 +145,8 @@ impl<'s, 'a> Slopes<'s, 'a> {
     /// Slopes of what `value` is made of, for the slope `by` of the value.
     fn back(&mut self, value: &Sum, by: &Sum, place: &Place) -> Option<()> {
         for p in &value.0 {
-            for (k, (atom, power)) in p.scalars.iter().enumerate() {
-                if !self.scope.atom_moves(atom) {
-                    continue;
-                }
-                let mut rest = p.clone();
-                rest.number = rest.number.mul(*power)?;
-                rest.scalars[k].1 = power.add(Ratio::int(-1))?;
-                if rest.scalars[k].1.is_zero() {
-                    rest.scalars.remove(k);
-                }
-                let slope = contracted(by, &Sum(vec![rest]))?;
-                self.back_atom(atom, &slope, place)?;
-            }
-            for (k, atom) in p.tensors.iter().enumerate() {
-                if self.scope.atom_moves(atom) {
-                    let slope = beside(p, k, by)?;
-                    self.back_atom(atom, &slope, place)?;
-                }
+            for factor in factors(p, |atom| self.scope.atom_moves(atom))? {
+                self.back_atom(factor.atom, &factor.slope(by)?, place)?;
             }
         }
         Some(())
@@ -225,7 +206,7 @@ impl<'s, 'a> Slopes<'s, 'a> {
         let scope = self.scope;
         let bond = |n: &str, shape| scope.bond(n, shape);
         if scope.is_own(name) {
-            let def = scope.law.defs.iter().find(|d| d.name == name)?;
+            let def = scope.def(name)?;
             return match (def.home, place) {
                 (Home::Node, Place::Bond(bonds)) => {
                     let whole = summed(&bonds.word, bonds.family.as_deref(), by)?;
@@ -352,6 +333,9 @@ impl<'s, 'a> Slopes<'s, 'a> {
 }
 
 pub(super) fn select(condition: &Sum, yes: Sum, no: Sum) -> Sum {
+    if yes == no {
+        return yes;
+    }
     Atom::call("select", vec![condition.clone(), yes, no], Shape::Scalar).sum()
 }
 
@@ -359,31 +343,4 @@ fn has_reduction(p: &Product) -> bool {
     let reduces =
         |a: &Atom| matches!(&a.kind, Kind::Call(name, ..) if name == "sum" || name == "sum0");
     p.scalars.iter().any(|(a, _)| reduces(a)) || p.tensors.iter().any(reduces)
-}
-
-/// The slope of factor `k` of a product of tensors, for the slope `by` of the product.
-fn beside(p: &Product, k: usize, by: &Sum) -> Option<Sum> {
-    let part = |tensors: &[Atom]| {
-        Sum(vec![Product {
-            number: Ratio::ONE,
-            scalars: vec![],
-            tensors: tensors.to_vec(),
-        }])
-    };
-    let scalars = Sum(vec![Product {
-        tensors: vec![],
-        ..p.clone()
-    }]);
-    let (left, right) = (&p.tensors[..k], &p.tensors[k + 1..]);
-    let mut slope = scalars.times(by)?;
-    if !left.is_empty() {
-        slope = part(left).transposed()?.times(&slope)?;
-    }
-    if right.is_empty() {
-        return Some(slope);
-    }
-    match p.shape() {
-        Shape::Vector => outer(&slope, &part(right)),
-        _ => slope.times(&part(right).transposed()?),
-    }
 }
