@@ -44,6 +44,7 @@ use crate::traverse::CHUNK;
 use geometry::Geometry;
 use program::Program;
 use std::collections::BTreeSet;
+use std::time::Duration;
 
 /// What a scene says about a law.
 #[derive(Clone, Debug)]
@@ -231,6 +232,8 @@ pub struct Engine {
     convolution: Option<Box<convolution::Convolution>>,
     /// What sums in single precision read of nodes.
     rounded: single::Rounded,
+    /// What laying out the nodes and finding their families took.
+    search: Duration,
     /// Slots that share an array, as nobody reads them.
     unread: BTreeSet<usize>,
 }

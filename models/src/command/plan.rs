@@ -41,10 +41,12 @@ pub fn execute(matches: &ArgMatches) -> Outcome {
     let setup = began.elapsed().as_secs_f64();
     let (needed, left_out): (Vec<Item>, Vec<Item>) =
         inventory(&simulation).into_iter().partition(|i| i.needed);
-    let bonds = simulation.engine.report().bonds.max(1);
+    let report = simulation.engine.report();
+    let bonds = report.bonds.max(1);
     // On a thread of the pool, as a run is.
     let time = rayon::scope(|_| forecast(&mut simulation, setup));
     let ns = time.force * 1e9 / bonds as f64;
+    plan.add("families", format!("found in {:.2} s", report.search));
     plan.add(
         "speed",
         format!(

@@ -16,6 +16,8 @@ pub struct Report {
     pub nodes: usize,
     /// Directed bonds of the whole horizon.
     pub bonds: usize,
+    /// Laying out the nodes and finding their families [s].
+    pub search: f64,
     /// `lattice`, `cloud` or `convolution`.
     pub traversal: &'static str,
     pub isa: Isa,
@@ -122,6 +124,7 @@ impl Engine {
         Report {
             nodes: self.layout.slot.len(),
             bonds: self.families[0].bonds,
+            search: self.search.as_secs_f64(),
             traversal: match (self.lattice, &convolution) {
                 (true, Some(_)) => "convolution",
                 (true, None) => "lattice",

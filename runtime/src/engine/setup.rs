@@ -22,6 +22,7 @@ use crate::spec::{SlotKind, Spec, Stage};
 use crate::tape::{Code, Limits, Place, length, truth};
 use crate::traverse::CHUNK;
 use std::collections::BTreeSet;
+use std::time::{Duration, Instant};
 
 /// Lanes of a lattice chunk that must hold a node on average, or the cloud is faster.
 const FILL: f64 = 0.45;
@@ -63,7 +64,9 @@ pub(super) fn engine(body: &Body, law: Law, settings: Settings) -> Result<Engine
     }
     memory::check(&spec, &programs, body, settings, lattice)?;
     let filters = filters(&spec, body, &materials)?;
+    let began = Instant::now();
     let (layout, families) = lay_out(body, settings, lattice, &materials, &filters);
+    let search = began.elapsed();
     drop(filters);
     for f in &families {
         if f.present.len() + 1 >= (i32::MAX as usize) / CHUNK {
@@ -90,6 +93,7 @@ pub(super) fn engine(body: &Body, law: Law, settings: Settings) -> Result<Engine
         constants,
         grouped.grading.clone(),
     );
+    engine.search = search;
     let rest = engine.state();
     engine.refresh_whole(&rest);
     engine.reference_stage(&rest, &settings.without);
@@ -318,6 +322,7 @@ fn assemble(
         redo,
         convolution: None,
         rounded,
+        search: Duration::ZERO,
         unread: BTreeSet::new(),
     }
 }

@@ -263,14 +263,18 @@ fn family(layout: &Layout, search: &Search) -> Family {
         row += rows;
         last.push(row);
     }
-    let (mut index, mut present) = (
-        Vec::with_capacity(row as usize * CHUNK),
-        Vec::with_capacity(row as usize),
-    );
-    for (i, p, _) in blocks {
-        index.extend(i);
-        present.extend(p);
+    let present: Vec<u8> = blocks.iter().flat_map(|b| &b.1).copied().collect();
+    // Gigabytes of it in a large body, and new memory: threads share what it costs.
+    let mut index = vec![0; row as usize * CHUNK];
+    let mut rest = &mut index[..];
+    let mut places = Vec::with_capacity(blocks.len());
+    for (part, ..) in blocks {
+        let place;
+        (place, rest) = rest.split_at_mut(part.len());
+        places.push((place, part));
     }
+    let copy = |(place, part): (&mut [u32], Vec<u32>)| place.copy_from_slice(&part);
+    places.into_par_iter().for_each(copy);
     let bonds = present.iter().map(|b: &u8| b.count_ones() as usize).sum();
     Family {
         first,
