@@ -95,7 +95,8 @@ impl Algebra {
 
     /// Derivative along a direction given by what it does to leaves.
     fn along(&mut self, p: &Poly, memo: &mut HashMap<AtomId, Poly>, leaf: Leaf) -> Poly {
-        let mut out = Poly::zero();
+        // Terms meet once: added one after the other, thousands of them would each be copied thousands of times.
+        let mut out = Collector::default();
         for (m, c) in &p.0 {
             for (a, n) in &m.0 {
                 let d = self.along_atom(*a, memo, leaf);
@@ -107,11 +108,12 @@ impl Algebra {
                     self.overflow = true;
                     continue;
                 };
-                let t = self.mul(&Poly(vec![(rest, k)]), &d);
-                out = self.add(&out, &t);
+                for (m, c) in self.mul(&Poly(vec![(rest, k)]), &d).0 {
+                    out.term(m, c);
+                }
             }
         }
-        out
+        out.finish(self)
     }
 
     fn along_atom(&mut self, id: AtomId, memo: &mut HashMap<AtomId, Poly>, leaf: Leaf) -> Poly {
