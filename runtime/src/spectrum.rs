@@ -40,6 +40,12 @@ pub fn stable_step(
     contact: f64,
     safety: f64,
 ) -> StableStep {
+    // Differences of rates over small changes, and symmetry to nine digits, are for double precision.
+    let single = engine.is_single();
+    if single {
+        engine.pause_single(true);
+        engine.forces(&mut state.clone(), Breaking::Held);
+    }
     let staggered = spec.rates.iter().any(|r| r.stepped == Stepped::Half);
     let motion = match (spec.force.is_empty(), staggered) {
         (false, _) => stiffness(engine, state, density),
@@ -52,6 +58,10 @@ pub fn stable_step(
     } else {
         diffusion(engine, state)
     };
+    if single {
+        engine.pause_single(false);
+        engine.forces(&mut state.clone(), Breaking::Held);
+    }
     let omega = (motion.value.max(0.0) + contact).sqrt();
     let [moving, most] = [
         (omega, 2.0),

@@ -3,13 +3,17 @@
 
 use pdlang::assemble::Kinematics;
 use pdlang::ir::Law;
+use pdlang_models::language::Pdlang;
 use pdlang_models::registry::{self, CATALOGUE};
 use pdlang_runtime::body::Flavour;
 use pdlang_runtime::engine::{
     self, Breaking, Engine, Isa, Precision, SetupError, State, Traversal,
 };
+use pdlang_runtime::scene::Scene;
+use pdlang_runtime::simulate::Simulation;
 use pdlang_tests::agreement::{Question, spec_for};
 use pdlang_tests::{bodies, laws};
+use std::path::Path;
 
 const STRAIN: f64 = 1e-3;
 /// Largest difference of a force or a rate, in units of the largest.
@@ -235,6 +239,24 @@ fn a_wave_stays_where_it_is_in_double_precision() {
         .map(|(a, b)| (a - b).abs())
         .fold(0.0, f64::max);
     assert!(apart < 1e-5 * largest, "{:e}", apart / largest);
+}
+
+/// How far a step may go is asked in double precision: differences of single rates would shorten it.
+#[test]
+fn the_step_is_that_of_double_precision() {
+    let text = std::fs::read_to_string("../examples/heat-around-cracks.toml").expect("an example");
+    let text = text.replace("\"0.1 mm\"\nthickness", "\"0.5 mm\"\nthickness");
+    let single = text.replace("[family]", "[family]\nprecision = \"single\"");
+    assert_ne!(single, text);
+    let [single, double] = [single, text].map(|text| {
+        let scene = Scene::parse(&text, Path::new("scene.toml"), &Pdlang).expect("a scene");
+        scene.simulation().expect("a simulation")
+    });
+    assert_eq!(single.engine.is_single(), Isa::best() != Isa::Scalar);
+    assert_eq!(single.stable, double.stable);
+    // The rates of the first step are single again.
+    let rates = |s: &Simulation| answers(&s.engine);
+    assert_eq!(rates(&single) == rates(&double), Isa::best() == Isa::Scalar);
 }
 
 fn refusal(q: &Question, law: engine::Law, traversal: Traversal) -> String {

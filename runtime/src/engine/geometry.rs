@@ -1,7 +1,7 @@
 //! Reference-bond values of every sweep: a table per kind of bond, or what they are formed from, bond by bond.
-use super::Engine;
 use super::constants::{AtReferenceBond, Materials};
 use super::program::Program;
+use super::{Engine, Precision};
 use crate::kernel::norm_squared;
 use crate::lane::{Isa, Memory};
 use crate::layout::{Family, Layout, Stencil};
@@ -33,9 +33,11 @@ pub(super) fn table(
     materials: &Materials,
     dim: usize,
     isa: Isa,
+    precision: Precision,
 ) -> Geometry {
+    let single = precision == Precision::Single;
     let mut of_bond = vec![0.0; 1 + dim + p.geometry.outs.len()];
-    let stride = 1 + match p.single {
+    let stride = 1 + match single {
         true => of_bond.len().div_ceil(2),
         false => of_bond.len(),
     };
@@ -53,7 +55,7 @@ pub(super) fn table(
             weight: kind.weight,
         };
         numbers(&p.geometry, &mut { bond }, &mut of_bond[1 + dim..]);
-        match p.single {
+        match single {
             true => pairs(&of_bond, &mut record[1..]),
             false => record[1..].copy_from_slice(&of_bond),
         }

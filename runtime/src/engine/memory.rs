@@ -96,7 +96,7 @@ impl Engine {
     pub fn report(&self) -> Report {
         let bytes = |v: &[Vec<f64>]| v.iter().map(|v| 8 * v.len()).sum::<usize>();
         let mut bond_bytes: usize = self.streams.iter().map(Kept::bytes).sum();
-        for geometry in &self.geometry {
+        for geometry in (self.geometry.iter()).chain(self.rounded.tables.iter().flatten()) {
             if let Geometry::Table { values, records } = geometry {
                 bond_bytes += 8 * (values.len() + records.len());
             }
@@ -131,7 +131,7 @@ impl Engine {
                 (false, _) => "cloud",
             },
             isa: self.isa,
-            single: (self.programs.iter().filter(|p| p.single))
+            single: (self.programs.iter().filter(|p| p.single.is_some()))
                 .map(|p| p.name.clone())
                 .collect(),
             sweeps: self

@@ -389,7 +389,7 @@ impl Engine {
     ) {
         if p.confined.is_empty() || self.parts.places.is_empty() {
             // SAFETY: as of this function.
-            return unsafe { stretch(p.run, call, whole, from, to) };
+            return unsafe { stretch(self.instances(p), call, whole, from, to) };
         }
         let mut scratch = [const { MaybeUninit::<f64>::uninit() }; SPAN];
         let mut here = call.clone();
@@ -421,7 +421,7 @@ impl Engine {
             }
             if stored || !p.stays {
                 // SAFETY: as of this function; the chunks are within the storage, or within `SPAN` of each other.
-                unsafe { stretch(p.run, &here, whole, from, end) };
+                unsafe { stretch(self.instances(p), &here, whole, from, end) };
             }
             from = end;
         }

@@ -34,9 +34,9 @@ pub(super) struct Program {
     /// Its outputs are the records of a lattice, or the streams of a cloud.
     pub geometry: Code,
     pub compiled: bool,
-    /// Its bonds are summed in single precision.
-    pub single: bool,
     pub run: [Run; 2],
+    /// The instances that sum its bonds in single precision, where it is to.
+    pub single: Option<[Run; 2]>,
     /// Nobody reads what it writes.
     pub unread: bool,
 }
@@ -116,12 +116,14 @@ fn program(
         Some((_, e)) => e.single,
         None => interpreted_single(spec.dim),
     };
-    let run = match (single, entries) {
+    let single = single.map(|s| match choice.isa {
         // What is stored on a part of the body need not lie side by side in two chunks.
-        (Some(run), _) if choice.isa == Isa::Avx512 && confined.is_empty() => run.wide,
-        (Some(run), _) => run.avx2,
-        (None, Some((_, e))) => compiled(e, choice),
-        (None, None) => interpreted(spec.dim, choice.isa, choice.lattice),
+        Isa::Avx512 if confined.is_empty() => s.wide,
+        _ => s.avx2,
+    });
+    let run = match entries {
+        Some((_, e)) => compiled(e, choice),
+        None => interpreted(spec.dim, choice.isa, choice.lattice),
     };
     let kill = s.bond.ops.iter().position(|op| matches!(op, Op::Kill(_)));
     let add = s
@@ -163,8 +165,8 @@ fn program(
         geometry: code(geometry, Place::Geometry)?,
         tape,
         compiled: entries.is_some(),
-        single: single.is_some(),
         run,
+        single,
         unread: false,
     })
 }

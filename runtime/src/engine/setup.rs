@@ -11,7 +11,8 @@ use super::records;
 use super::redo::Redo;
 use super::sleep::Sleep;
 use super::{
-    BondData, Engine, Home, Isa, Law, Settings, SetupError, Traversal, check, memory, single,
+    BondData, Engine, Home, Isa, Law, Precision, Settings, SetupError, Traversal, check, memory,
+    single,
 };
 use crate::body::Body;
 use crate::lane::Record;
@@ -78,6 +79,7 @@ pub(super) fn engine(body: &Body, law: Law, settings: Settings) -> Result<Engine
     let (geometry, streams) = geometry(
         &spec, &programs, body, settings, &layout, &families, &materials, isa,
     );
+    let tables = single::tables(&programs, &families, &materials, spec.dim, isa);
     materials.check()?;
     let constants = materials.own();
     drop(materials);
@@ -94,6 +96,7 @@ pub(super) fn engine(body: &Body, law: Law, settings: Settings) -> Result<Engine
         grouped.grading.clone(),
     );
     engine.search = search;
+    engine.rounded.tables = tables;
     let rest = engine.state();
     engine.refresh_whole(&rest);
     engine.reference_stage(&rest, &settings.without);
@@ -238,7 +241,9 @@ fn geometry(
     let mut geometry = vec![];
     for (p, s) in programs.iter().zip(&spec.sweeps) {
         geometry.push(match &families[p.family].shape {
-            Shape::Stencil(stencil) => table(p, stencil, materials, spec.dim, isa),
+            Shape::Stencil(stencil) => {
+                table(p, stencil, materials, spec.dim, isa, Precision::Double)
+            }
             Shape::List(_) => streams.add(p, &s.streams),
         });
     }

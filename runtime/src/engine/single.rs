@@ -3,9 +3,12 @@
 //! A sweep that may ([`crate::spec::SweepSpec::single`]) reads displacements and values of the other end from here. What it
 //! reads of its own node it rounds as it reads it, and what it writes is a number like all others: states, fields and
 //! everything that is integrated stay in double precision.
-use super::geometry::Geometry;
+use super::constants::Materials;
+use super::geometry::{Geometry, table};
 use super::program::Program;
 use super::{Engine, Home, Isa, Precision, Settings, SetupError, State, Traversal};
+use crate::kernel::Run;
+use crate::layout::{Family, Shape};
 use crate::spec::{Op, SlotKind, Spec, Stage};
 use crate::traverse::Call;
 use rayon::prelude::*;
@@ -22,6 +25,10 @@ pub(super) struct Rounded {
     /// Slots that are read at the other end of a bond, in ascending order.
     slots: Vec<usize>,
     values: Vec<Vec<f32>>,
+    /// Records of the bonds of every sweep that reads them in single precision.
+    pub tables: Vec<Option<Geometry>>,
+    /// For the time being sums are in double precision nevertheless.
+    paused: bool,
 }
 
 /// Whether sums are to be in single precision, and can be.
@@ -56,9 +63,26 @@ pub(super) fn wanted(spec: &Spec, s: &Settings, lattice: bool) -> Result<bool, S
     Ok(s.isa.unwrap_or_else(Isa::best) != Isa::Scalar)
 }
 
+/// Tables in single precision beside those in double: kinds of bonds are few.
+pub(super) fn tables(
+    programs: &[Program],
+    families: &[Family],
+    materials: &Materials,
+    dim: usize,
+    isa: Isa,
+) -> Vec<Option<Geometry>> {
+    let one = |p: &Program| match &families[p.family].shape {
+        Shape::Stencil(stencil) if p.single.is_some() => {
+            Some(table(p, stencil, materials, dim, isa, Precision::Single))
+        }
+        _ => None,
+    };
+    programs.iter().map(one).collect()
+}
+
 impl Rounded {
     pub fn new(spec: &Spec, programs: &[Program], len: usize) -> Rounded {
-        let single = || programs.iter().filter(|p| p.single);
+        let single = || programs.iter().filter(|p| p.single.is_some());
         if single().next().is_none() {
             return Rounded::default();
         }
@@ -69,6 +93,7 @@ impl Rounded {
             u: vec![vec![0.0; len]; spec.dim],
             values: vec![vec![0.0; len]; slots.len()],
             slots,
+            ..Rounded::default()
         }
     }
 
@@ -103,9 +128,27 @@ impl Engine {
         !self.rounded.u.is_empty()
     }
 
+    /// Sums in double precision from now on where `pause` holds, and again as the settings have it where it does not. What
+    /// sweeps have written stays as it is until they run again.
+    pub(crate) fn pause_single(&mut self, pause: bool) {
+        if !self.is_single() || self.rounded.paused == pause {
+            return;
+        }
+        self.rounded.paused = pause;
+        self.sleep.forget();
+        for k in 0..self.programs.len() {
+            self.round_outputs(k);
+        }
+    }
+
+    /// The instances of a sweep: whole families, any.
+    pub(super) fn instances(&self, p: &Program) -> [Run; 2] {
+        p.single.filter(|_| !self.rounded.paused).unwrap_or(p.run)
+    }
+
     /// The state as the sums read it.
     pub(super) fn round_state(&mut self, s: &State) {
-        if !self.is_single() {
+        if !self.is_single() || self.rounded.paused {
             return;
         }
         let mut rounded = std::mem::take(&mut self.rounded);
@@ -122,6 +165,9 @@ impl Engine {
 
     /// What sweep `k` has written.
     pub(super) fn round_outputs(&mut self, k: usize) {
+        if self.rounded.paused {
+            return;
+        }
         for &slot in &self.programs[k].out {
             if let (Some(at), Home::Array(a)) = (self.rounded.of_slot(slot), self.homes[slot]) {
                 round(&self.arrays[a], &mut self.rounded.values[at]);
@@ -131,8 +177,11 @@ impl Engine {
 
     pub(super) fn point_to_rounded(&self, k: usize, call: &mut Call) {
         let p = &self.programs[k];
-        if !p.single {
+        if p.single.is_none() || self.rounded.paused {
             return;
+        }
+        if let Some(Geometry::Table { records, .. }) = &self.rounded.tables[k] {
+            call.records = records.as_ptr().cast();
         }
         for (to, u) in call.u.iter_mut().zip(&self.rounded.u) {
             *to = u.as_ptr().cast();
@@ -151,7 +200,10 @@ impl Engine {
         }
         // Sums read what it writes.
         self.run_stage(Stage::Family, rest);
-        for (k, p) in self.programs.iter().enumerate().filter(|(_, p)| p.single) {
+        for (k, p) in self.programs.iter().enumerate() {
+            if p.single.is_none() {
+                continue;
+            }
             let all = [
                 self.constants_of(k),
                 self.numbers_of_nodes(k),
@@ -198,7 +250,7 @@ impl Engine {
 
     /// Of each number of a bond, in single precision already.
     fn numbers_of_bonds(&self, k: usize) -> Vec<f64> {
-        let Geometry::Table { values, .. } = &self.geometry[k] else {
+        let Some(Geometry::Table { values, .. }) = &self.rounded.tables[k] else {
             return vec![];
         };
         let count = 1 + self.spec.dim + self.programs[k].geometry.outs.len();
