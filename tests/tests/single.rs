@@ -259,6 +259,45 @@ fn the_step_is_that_of_double_precision() {
     assert_eq!(rates(&single) == rates(&double), Isa::best() == Isa::Scalar);
 }
 
+/// One sweep sums, several sum.
+#[test]
+fn a_plan_names_the_sweeps() {
+    let plan = |law: &str, more: &str| {
+        let text = format!(
+            r#"
+[body]
+flavour = "plane_stress"
+spacing = "1 mm"
+thickness = "1 mm"
+shape = {{ box = {{ from = [0, 0], to = ["20 mm", "20 mm"] }} }}
+[family]
+horizon = "3.015 dx"
+precision = "single"
+[material]
+model = "{law}"
+linearised = true
+density = "2200 kg/m^3"
+K = "15 GPa"
+{more}
+[time]
+until = "1 us"
+"#
+        );
+        let scene = Scene::parse(&text, Path::new("scene.toml"), &Pdlang).expect("a scene");
+        scene
+            .simulation()
+            .expect("a simulation")
+            .left_out()
+            .join("\n")
+    };
+    if Isa::best() == Isa::Scalar {
+        return;
+    }
+    let (one, two) = (plan("pmb", ""), plan("lps", "G = \"9 GPa\""));
+    assert!(one.contains("`force` sums bonds in single"), "{one}");
+    assert!(two.contains("`, `force` sum bonds in single"), "{two}");
+}
+
 fn refusal(q: &Question, law: engine::Law, traversal: Traversal) -> String {
     match engine_of(q, law, traversal, Precision::Single) {
         Err(e @ SetupError::Precision(..)) => e.to_string(),

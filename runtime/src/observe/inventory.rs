@@ -83,8 +83,9 @@ fn mechanics(list: &mut List, sim: &Simulation, report: &Report) {
     let single: Vec<String> = report.single.iter().map(|s| format!("`{s}`")).collect();
     if !single.is_empty() {
         let why = format!(
-            "{} sum bonds in single precision; what is stored and integrated is in double",
-            single.join(", ")
+            "{} {} bonds in single precision; what is stored and integrated is in double",
+            single.join(", "),
+            if single.len() == 1 { "sums" } else { "sum" }
         );
         list.add("double precision", false, why);
     } else if sim.precision == Precision::Single {
