@@ -70,7 +70,8 @@ impl Engine {
         } else {
             chunks.iter().for_each(one);
         }
-        self.refresh_outputs(k);
+        self.refresh_ghosts_of_outputs(k);
+        self.round_outputs(k, Some(chunks));
     }
 
     /// `whole`: one byte per chunk, 1 where the instance without masks may run; empty: nowhere.
@@ -105,6 +106,7 @@ impl Engine {
 
     /// What a sweep reads and writes.
     pub(super) fn call(&mut self, k: usize, s: &State) -> Call {
+        self.round_state(k, s);
         let p = &self.programs[k];
         let (family, bonds) = (&self.families[p.family], &self.bonds[p.family]);
         let state = &s.families[p.family];
@@ -214,7 +216,7 @@ impl Engine {
     /// Ghosts of what a sweep wrote, where another sweep reads them.
     pub(super) fn refresh_outputs(&mut self, k: usize) {
         self.refresh_ghosts_of_outputs(k);
-        self.round_outputs(k);
+        self.round_outputs(k, None);
     }
 
     fn refresh_ghosts_of_outputs(&mut self, k: usize) {
@@ -258,7 +260,7 @@ impl Engine {
             }
         }
         if self.lattice {
-            return self.round_state(s);
+            return self.forget_rounded();
         }
         let u = &s.u;
         let one = |(slot, r): (usize, &mut Record)| {
@@ -267,12 +269,8 @@ impl Engine {
             }
         };
         if let Some(awake) = self.sleep.to_pack() {
-            let base = |chunk| self.layout.base[chunk] as usize;
-            let own = awake.iter().cloned().flatten();
-            let own = own.flat_map(|chunk| base(chunk)..base(chunk) + CHUNK);
-            let ghosts = self.layout.ghosts.to.iter().map(|slot| *slot as usize);
-            own.chain(ghosts)
-                .for_each(|slot| one((slot, &mut self.u_records[slot])));
+            let slots = self.layout.slots_of(awake.iter().cloned().flatten());
+            slots.for_each(|slot| one((slot, &mut self.u_records[slot])));
             return;
         }
         self.sleep.packed();

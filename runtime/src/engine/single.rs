@@ -27,6 +27,8 @@ pub(super) struct Rounded {
     values: Vec<Vec<f32>>,
     /// Records of the bonds of every sweep that reads them in single precision.
     pub tables: Vec<Option<Geometry>>,
+    /// The state may have changed since it was rounded.
+    stale: bool,
     /// For the time being sums are in double precision nevertheless.
     paused: bool,
 }
@@ -107,11 +109,15 @@ impl Rounded {
     }
 }
 
+fn rounded(v: f64) -> f32 {
+    let v = v as f32;
+    if v.abs() < NOTHING { 0.0 } else { v }
+}
+
 fn round(from: &[f64], to: &mut [f32]) {
     let one = |(from, to): (&[f64], &mut [f32])| {
         for (from, to) in from.iter().zip(to) {
-            let v = *from as f32;
-            *to = if v.abs() < NOTHING { 0.0 } else { v };
+            *to = rounded(*from);
         }
     };
     if rayon::current_num_threads() > 1 && from.len() > 1 << 14 {
@@ -120,6 +126,11 @@ fn round(from: &[f64], to: &mut [f32]) {
     } else {
         one((from, to));
     }
+}
+
+/// The same at some slots.
+fn round_at(slots: impl Iterator<Item = usize>, from: &[f64], to: &mut [f32]) {
+    slots.for_each(|slot| to[slot] = rounded(from[slot]));
 }
 
 impl Engine {
@@ -136,48 +147,76 @@ impl Engine {
         }
         self.rounded.paused = pause;
         self.sleep.forget();
-        for k in 0..self.programs.len() {
-            self.round_outputs(k);
+        for (&slot, to) in self.rounded.slots.iter().zip(&mut self.rounded.values) {
+            if let Home::Array(a) = self.homes[slot] {
+                round(&self.arrays[a], to);
+            }
         }
+    }
+
+    /// Whether a sweep is to sum in single precision now.
+    fn sums_single(&self, p: &Program) -> bool {
+        p.single.is_some() && !self.rounded.paused
     }
 
     /// The instances of a sweep: whole families, any.
     pub(super) fn instances(&self, p: &Program) -> [Run; 2] {
-        p.single.filter(|_| !self.rounded.paused).unwrap_or(p.run)
+        p.single.filter(|_| self.sums_single(p)).unwrap_or(p.run)
     }
 
-    /// The state as the sums read it.
-    pub(super) fn round_state(&mut self, s: &State) {
-        if !self.is_single() || self.rounded.paused {
+    /// What was rounded of the state is so no longer.
+    pub(super) fn forget_rounded(&mut self) {
+        self.rounded.stale = true;
+    }
+
+    /// The state as the sums of sweep `k` read it: where chunks sleep it is there already.
+    pub(super) fn round_state(&mut self, k: usize, s: &State) {
+        if !self.sums_single(&self.programs[k]) || !std::mem::take(&mut self.rounded.stale) {
             return;
         }
         let mut rounded = std::mem::take(&mut self.rounded);
+        let (layout, awake) = (&self.layout, self.sleep.to_pack());
+        let renew = |from: &[f64], to: &mut [f32]| match awake {
+            Some(awake) => round_at(layout.slots_of(awake.iter().cloned().flatten()), from, to),
+            None => round(from, to),
+        };
         for (from, to) in s.u.iter().zip(&mut rounded.u) {
-            round(from, to);
+            renew(from, to);
         }
         for (&slot, to) in rounded.slots.iter().zip(&mut rounded.values) {
             if !matches!(self.spec.slots[slot].kind, SlotKind::Computed(_)) {
-                round(self.read(self.homes[slot], s), to);
+                renew(self.read(self.homes[slot], s), to);
             }
         }
         self.rounded = rounded;
+        self.sleep.packed();
     }
 
-    /// What sweep `k` has written.
-    pub(super) fn round_outputs(&mut self, k: usize) {
+    /// What sweep `k` has written: on `some` chunks, or on those of its last run.
+    pub(super) fn round_outputs(&mut self, k: usize, some: Option<&[u32]>) {
         if self.rounded.paused {
             return;
         }
         for &slot in &self.programs[k].out {
-            if let (Some(at), Home::Array(a)) = (self.rounded.of_slot(slot), self.homes[slot]) {
-                round(&self.arrays[a], &mut self.rounded.values[at]);
+            let (Some(at), Home::Array(a)) = (self.rounded.of_slot(slot), self.homes[slot]) else {
+                continue;
+            };
+            let (layout, from, to) = (&self.layout, &self.arrays[a], &mut self.rounded.values[at]);
+            match (some, self.sleep.of_last_run(k)) {
+                (Some(some), _) => {
+                    round_at(layout.slots_of(some.iter().map(|c| *c as usize)), from, to)
+                }
+                (None, Some(ran)) => {
+                    round_at(layout.slots_of(ran.iter().cloned().flatten()), from, to)
+                }
+                (None, None) => round(from, to),
             }
         }
     }
 
     pub(super) fn point_to_rounded(&self, k: usize, call: &mut Call) {
         let p = &self.programs[k];
-        if p.single.is_none() || self.rounded.paused {
+        if !self.sums_single(p) {
             return;
         }
         if let Some(Geometry::Table { records, .. }) = &self.rounded.tables[k] {

@@ -38,7 +38,7 @@ struct Seen {
     dt: f64,
     /// Which histories, per family.
     memory: Vec<u64>,
-    /// Whether the records of a cloud hold these displacements.
+    /// Whether the records of a cloud hold these displacements, or numbers in single precision this state.
     packed: bool,
 }
 
@@ -116,6 +116,12 @@ impl Sleep {
         }
     }
 
+    /// The chunks of the last run of sweep `k`, which has just ended; `None`: all.
+    pub fn of_last_run(&self, k: usize) -> Option<&[Range<usize>]> {
+        let ring = self.rings[k].filter(|_| !self.whole[k])?;
+        Some(&self.awake[ring as usize])
+    }
+
     /// Counts what a sweep over so many chunks leaves out.
     pub fn count(&mut self, k: usize, armed: bool, chunks: usize) {
         let awake = self.stretches(k, armed);
@@ -130,7 +136,7 @@ impl Sleep {
         if self.on { each } else { 0 }
     }
 
-    /// The chunks whose displacements have changed, when all others were packed before.
+    /// The chunks whose state has changed, when all others were packed before.
     pub fn to_pack(&self) -> Option<&[Range<usize>]> {
         let packed = self.seen.as_ref().is_some_and(|seen| seen.packed);
         packed.then(|| &self.awake[0][..])

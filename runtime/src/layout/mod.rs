@@ -79,6 +79,13 @@ impl Ghosts {
 }
 
 impl Layout {
+    /// Slots of some chunks, and all ghosts.
+    pub fn slots_of(&self, chunks: impl Iterator<Item = usize>) -> impl Iterator<Item = usize> {
+        let base = |chunk: usize| self.base[chunk] as usize;
+        let own = chunks.flat_map(move |chunk| base(chunk)..base(chunk) + CHUNK);
+        own.chain(self.ghosts.to.iter().map(|slot| *slot as usize))
+    }
+
     pub fn chunks(&self) -> usize {
         self.base.len()
     }
