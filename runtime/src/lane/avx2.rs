@@ -1,93 +1,26 @@
 //! AVX2 and FMA: four nodes in a register.
 // SAFETY (whole file): every intrinsic needs only instructions of this set, and values of the type exist
 // only below a wrapper that runs on processors which have it (see the module above).
-use super::{Memory, Record, Sealed, lane_by_lane, powi};
+use super::vector::{arithmetic, vector};
+use super::{Memory, Record, Records, Sealed, powi};
 use crate::kernel::Lane;
 use std::arch::x86_64::*;
 
-#[derive(Clone, Copy)]
-pub(crate) struct Avx2(__m256d);
+vector! {
+    Avx2(__m256d), [f64; 4], _mm256_loadu_pd, _mm256_storeu_pd
+}
 
 /// Truth in the sign bit of each lane; the other bits mean nothing.
 #[derive(Clone, Copy)]
 pub(crate) struct Signs(__m256d);
 
-impl Avx2 {
-    #[inline(always)]
-    fn to_array(self) -> [f64; 4] {
-        let mut a = [0.0; 4];
-        unsafe { _mm256_storeu_pd(a.as_mut_ptr(), self.0) };
-        a
-    }
-    #[inline(always)]
-    fn from_array(a: [f64; 4]) -> Self {
-        Self(unsafe { _mm256_loadu_pd(a.as_ptr()) })
-    }
-}
-
-impl Sealed for Avx2 {}
-
 impl Lane for Avx2 {
     const W: usize = 4;
     type Mask = Signs;
-    #[inline(always)]
-    fn splat(v: f64) -> Self {
-        Self(unsafe { _mm256_set1_pd(v) })
-    }
-    #[inline(always)]
-    fn add(self, b: Self) -> Self {
-        Self(unsafe { _mm256_add_pd(self.0, b.0) })
-    }
-    #[inline(always)]
-    fn sub(self, b: Self) -> Self {
-        Self(unsafe { _mm256_sub_pd(self.0, b.0) })
-    }
-    #[inline(always)]
-    fn mul(self, b: Self) -> Self {
-        Self(unsafe { _mm256_mul_pd(self.0, b.0) })
-    }
-    #[inline(always)]
-    fn div(self, b: Self) -> Self {
-        Self(unsafe { _mm256_div_pd(self.0, b.0) })
-    }
-    #[inline(always)]
-    fn min(self, b: Self) -> Self {
-        Self(unsafe { _mm256_min_pd(self.0, b.0) })
-    }
-    #[inline(always)]
-    fn max(self, b: Self) -> Self {
-        Self(unsafe { _mm256_max_pd(self.0, b.0) })
-    }
-    #[inline(always)]
-    fn fma(self, b: Self, c: Self) -> Self {
-        Self(unsafe { _mm256_fmadd_pd(self.0, b.0, c.0) })
-    }
-    #[inline(always)]
-    fn neg(self) -> Self {
-        Self(unsafe { _mm256_xor_pd(self.0, _mm256_set1_pd(-0.0)) })
-    }
-    #[inline(always)]
-    fn abs(self) -> Self {
-        Self(unsafe { _mm256_andnot_pd(_mm256_set1_pd(-0.0), self.0) })
-    }
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        Self(unsafe { _mm256_sqrt_pd(self.0) })
-    }
-    lane_by_lane!(exp, ln, sin, cos, tan);
-    #[inline(always)]
-    fn pow(self, b: Self) -> Self {
-        let (mut a, b) = (self.to_array(), b.to_array());
-        let mut k = 0;
-        while k < 4 {
-            a[k] = a[k].powf(b[k]);
-            k += 1;
-        }
-        Self::from_array(a)
-    }
-    #[inline(always)]
-    fn powi(self, n: i32) -> Self {
-        powi(self, n)
+    arithmetic! {
+        add: _mm256_add_pd, sub: _mm256_sub_pd, mul: _mm256_mul_pd, div: _mm256_div_pd, min: _mm256_min_pd, max: _mm256_max_pd;
+        fma: _mm256_fmadd_pd, sqrt: _mm256_sqrt_pd, xor: _mm256_xor_pd, andnot: _mm256_andnot_pd,
+        splat: _mm256_set1_pd of f64
     }
     /// Root and division: with this instruction set the estimate is no faster.
     #[inline(always)]
@@ -152,6 +85,32 @@ impl Memory for Avx2 {
             ))
         }
     }
+    /// Shifts bit k into the sign of lane k.
+    #[inline(always)]
+    fn mask(bits: u16) -> Signs {
+        unsafe {
+            let all = _mm256_set1_epi64x(bits as i64);
+            Signs(_mm256_castsi256_pd(_mm256_sllv_epi64(
+                all,
+                _mm256_setr_epi64x(63, 62, 61, 60),
+            )))
+        }
+    }
+    #[inline(always)]
+    fn bits(m: Signs) -> u16 {
+        unsafe { _mm256_movemask_pd(m.0) as u16 }
+    }
+    #[inline(always)]
+    fn first(self) -> f64 {
+        unsafe { _mm256_cvtsd_f64(self.0) }
+    }
+    #[inline(always)]
+    fn prefetch(p: *const u8) {
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(p.cast()) }
+    }
+}
+
+impl Records for Avx2 {
     #[inline(always)]
     unsafe fn gather_records(p: *const Record, index: *const u32) -> [Self; 4] {
         unsafe {
@@ -166,29 +125,6 @@ impl Memory for Avx2 {
                 Self(_mm256_permute2f128_pd::<0x31>(odd, odd2)),
             ]
         }
-    }
-    /// Shifts bit k into the sign of lane k.
-    #[inline(always)]
-    fn mask(bits: u8) -> Signs {
-        unsafe {
-            let all = _mm256_set1_epi64x(bits as i64);
-            Signs(_mm256_castsi256_pd(_mm256_sllv_epi64(
-                all,
-                _mm256_setr_epi64x(63, 62, 61, 60),
-            )))
-        }
-    }
-    #[inline(always)]
-    fn bits(m: Signs) -> u8 {
-        unsafe { _mm256_movemask_pd(m.0) as u8 }
-    }
-    #[inline(always)]
-    fn first(self) -> f64 {
-        unsafe { _mm256_cvtsd_f64(self.0) }
-    }
-    #[inline(always)]
-    fn prefetch(p: *const u8) {
-        unsafe { _mm_prefetch::<_MM_HINT_T0>(p.cast()) }
     }
 }
 

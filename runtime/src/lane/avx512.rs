@@ -2,89 +2,22 @@
 // SAFETY (whole file): every intrinsic needs only instructions of this set, and values of the type exist
 // only below a wrapper that runs on processors which have it (see the module above).
 use super::avx2::{pair, record};
-use super::{Memory, Record, Sealed, lane_by_lane, powi};
+use super::vector::{arithmetic, vector};
+use super::{Memory, Record, Records, Sealed, powi};
 use crate::kernel::Lane;
 use std::arch::x86_64::*;
 
-#[derive(Clone, Copy)]
-pub(crate) struct Avx512(__m512d);
-
-impl Avx512 {
-    #[inline(always)]
-    fn to_array(self) -> [f64; 8] {
-        let mut a = [0.0; 8];
-        unsafe { _mm512_storeu_pd(a.as_mut_ptr(), self.0) };
-        a
-    }
-    #[inline(always)]
-    fn from_array(a: [f64; 8]) -> Self {
-        Self(unsafe { _mm512_loadu_pd(a.as_ptr()) })
-    }
+vector! {
+    Avx512(__m512d), [f64; 8], _mm512_loadu_pd, _mm512_storeu_pd
 }
-
-impl Sealed for Avx512 {}
 
 impl Lane for Avx512 {
     const W: usize = 8;
     type Mask = __mmask8;
-    #[inline(always)]
-    fn splat(v: f64) -> Self {
-        Self(unsafe { _mm512_set1_pd(v) })
-    }
-    #[inline(always)]
-    fn add(self, b: Self) -> Self {
-        Self(unsafe { _mm512_add_pd(self.0, b.0) })
-    }
-    #[inline(always)]
-    fn sub(self, b: Self) -> Self {
-        Self(unsafe { _mm512_sub_pd(self.0, b.0) })
-    }
-    #[inline(always)]
-    fn mul(self, b: Self) -> Self {
-        Self(unsafe { _mm512_mul_pd(self.0, b.0) })
-    }
-    #[inline(always)]
-    fn div(self, b: Self) -> Self {
-        Self(unsafe { _mm512_div_pd(self.0, b.0) })
-    }
-    #[inline(always)]
-    fn min(self, b: Self) -> Self {
-        Self(unsafe { _mm512_min_pd(self.0, b.0) })
-    }
-    #[inline(always)]
-    fn max(self, b: Self) -> Self {
-        Self(unsafe { _mm512_max_pd(self.0, b.0) })
-    }
-    #[inline(always)]
-    fn fma(self, b: Self, c: Self) -> Self {
-        Self(unsafe { _mm512_fmadd_pd(self.0, b.0, c.0) })
-    }
-    #[inline(always)]
-    fn neg(self) -> Self {
-        Self(unsafe { _mm512_xor_pd(self.0, _mm512_set1_pd(-0.0)) })
-    }
-    #[inline(always)]
-    fn abs(self) -> Self {
-        Self(unsafe { _mm512_andnot_pd(_mm512_set1_pd(-0.0), self.0) })
-    }
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        Self(unsafe { _mm512_sqrt_pd(self.0) })
-    }
-    lane_by_lane!(exp, ln, sin, cos, tan);
-    #[inline(always)]
-    fn pow(self, b: Self) -> Self {
-        let (mut a, b) = (self.to_array(), b.to_array());
-        let mut k = 0;
-        while k < 8 {
-            a[k] = a[k].powf(b[k]);
-            k += 1;
-        }
-        Self::from_array(a)
-    }
-    #[inline(always)]
-    fn powi(self, n: i32) -> Self {
-        powi(self, n)
+    arithmetic! {
+        add: _mm512_add_pd, sub: _mm512_sub_pd, mul: _mm512_mul_pd, div: _mm512_div_pd, min: _mm512_min_pd, max: _mm512_max_pd;
+        fma: _mm512_fmadd_pd, sqrt: _mm512_sqrt_pd, xor: _mm512_xor_pd, andnot: _mm512_andnot_pd,
+        splat: _mm512_set1_pd of f64
     }
     /// Estimate of 14 bits and one step of fourth order: y (1 + e/2 + 3 e^2/8 + 5 e^3/16) with e = 1 - x y^2,
     /// |e| < 2^-13, leaves 2^-54. One operation less than two Newton steps, and a shorter chain.
@@ -161,6 +94,25 @@ impl Memory for Avx512 {
         }
     }
     #[inline(always)]
+    fn mask(bits: u16) -> __mmask8 {
+        bits as u8
+    }
+    #[inline(always)]
+    fn bits(m: __mmask8) -> u16 {
+        m.into()
+    }
+    #[inline(always)]
+    fn first(self) -> f64 {
+        unsafe { _mm512_cvtsd_f64(self.0) }
+    }
+    #[inline(always)]
+    fn prefetch(p: *const u8) {
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(p.cast()) }
+    }
+}
+
+impl Records for Avx512 {
+    #[inline(always)]
     unsafe fn gather_records(p: *const Record, index: *const u32) -> [Self; 4] {
         unsafe {
             let (a, b) = (records(p, index, 0), records(p, index, 1));
@@ -176,22 +128,6 @@ impl Memory for Avx512 {
                 Self(_mm512_permutex2var_pd(odd, high, odd2)),
             ]
         }
-    }
-    #[inline(always)]
-    fn mask(bits: u8) -> __mmask8 {
-        bits
-    }
-    #[inline(always)]
-    fn bits(m: __mmask8) -> u8 {
-        m
-    }
-    #[inline(always)]
-    fn first(self) -> f64 {
-        unsafe { _mm512_cvtsd_f64(self.0) }
-    }
-    #[inline(always)]
-    fn prefetch(p: *const u8) {
-        unsafe { _mm_prefetch::<_MM_HINT_T0>(p.cast()) }
     }
 }
 

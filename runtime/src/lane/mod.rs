@@ -11,6 +11,8 @@ mod avx2;
 mod avx512;
 #[cfg(target_arch = "x86_64")]
 mod single;
+#[cfg(target_arch = "x86_64")]
+mod vector;
 
 #[cfg(target_arch = "x86_64")]
 pub(crate) use avx2::Avx2;
@@ -39,22 +41,34 @@ pub(crate) trait Memory: Lane {
     unsafe fn store_where(self, m: Self::Mask, p: *mut f64);
     /// Values at `W` places, by scalar loads: since the mitigation of data sampling, the gather instructions of
     /// most processors take two to three times as long (measured: 10.9 ns against 3.7 ns for eight values).
-    unsafe fn gather(p: *const f64, index: *const u32) -> Self;
-    /// The four components of `W` records: vector loads and a transposition, a third of the work of gathers.
-    unsafe fn gather_records(p: *const Record, index: *const u32) -> [Self; 4];
+    #[inline(always)]
+    unsafe fn gather(p: *const f64, index: *const u32) -> Self {
+        let mut a = [0.0; WIDEST];
+        let mut k = 0;
+        while k < Self::W {
+            a[k] = unsafe { *p.add(*index.add(k) as usize) };
+            k += 1;
+        }
+        unsafe { Self::load(a.as_ptr()) }
+    }
     /// Lane k is true where bit k is set; higher bits are ignored.
-    fn mask(bits: u8) -> Self::Mask;
-    fn bits(m: Self::Mask) -> u8;
-    /// The same for lanes of two chunks.
-    fn mask_of_two(bits: [u8; 2]) -> Self::Mask {
-        Self::mask(bits[0])
-    }
-    fn bits_of_two(m: Self::Mask) -> [u8; 2] {
-        [Self::bits(m), 0]
-    }
+    fn mask(bits: u16) -> Self::Mask;
+    fn bits(m: Self::Mask) -> u16;
     fn first(self) -> f64;
     fn prefetch(p: *const u8);
 }
+
+/// What a cloud does with a lane besides.
+///
+/// # Safety
+/// As of [`Memory`].
+pub(crate) trait Records: Memory {
+    /// The four components of `W` records: vector loads and a transposition, a third of the work of gathers.
+    unsafe fn gather_records(p: *const Record, index: *const u32) -> [Self; 4];
+}
+
+/// Most values in a register.
+const WIDEST: usize = 16;
 
 /// Up to three components of one node side by side, in one half of a cache line.
 #[derive(Clone, Copy, Debug, Default)]
@@ -132,25 +146,6 @@ fn powi<L: Lane>(base: L, n: i32) -> L {
         result
     }
 }
-
-/// Functions that have no instruction: lane by lane through the standard library.
-#[cfg(target_arch = "x86_64")]
-macro_rules! lane_by_lane {
-    ($($name:ident),*) => {$(
-        #[inline(always)]
-        fn $name(self) -> Self {
-            let mut a = self.to_array();
-            let mut k = 0;
-            while k < Self::W {
-                a[k] = a[k].$name();
-                k += 1;
-            }
-            Self::from_array(a)
-        }
-    )*};
-}
-#[cfg(target_arch = "x86_64")]
-use lane_by_lane;
 
 #[cfg(test)]
 mod tests;

@@ -1,5 +1,5 @@
 //! `f64` as the lane of one node: the reference, and the only lane on other processors than x86-64.
-use super::{Memory, Record, Sealed, powi};
+use super::{Memory, Record, Records, Sealed, powi};
 use crate::kernel::Lane;
 
 impl Sealed for f64 {}
@@ -147,16 +147,12 @@ impl Memory for f64 {
         unsafe { *p.add(*index as usize) }
     }
     #[inline(always)]
-    unsafe fn gather_records(p: *const Record, index: *const u32) -> [f64; 4] {
-        unsafe { (*p.add(*index as usize)).0 }
-    }
-    #[inline(always)]
-    fn mask(bits: u8) -> bool {
+    fn mask(bits: u16) -> bool {
         bits & 1 == 1
     }
     #[inline(always)]
-    fn bits(m: bool) -> u8 {
-        m as u8
+    fn bits(m: bool) -> u16 {
+        m.into()
     }
     #[inline(always)]
     fn first(self) -> f64 {
@@ -171,5 +167,12 @@ impl Memory for f64 {
         }
         #[cfg(not(target_arch = "x86_64"))]
         let _ = p;
+    }
+}
+
+impl Records for f64 {
+    #[inline(always)]
+    unsafe fn gather_records(p: *const Record, index: *const u32) -> [f64; 4] {
+        unsafe { (*p.add(*index as usize)).0 }
     }
 }

@@ -2,28 +2,20 @@
 //!
 //! Numbers of nodes and constants are those of double precision, rounded where they are read.
 // SAFETY (whole file): as in `avx2`.
-use super::{Memory, Record, Sealed, lane_by_lane, powi};
+use super::vector::{arithmetic, vector};
+use super::{Memory, Sealed, powi};
 use crate::kernel::Lane;
 use std::arch::x86_64::*;
 
-#[derive(Clone, Copy)]
-pub(crate) struct Single(__m256);
+vector! {
+    Single(__m256), [f32; 8], _mm256_loadu_ps, _mm256_storeu_ps
+}
 
 /// Truth in the sign bit of each lane; the other bits mean nothing.
 #[derive(Clone, Copy)]
 pub(crate) struct Signs(__m256);
 
 impl Single {
-    #[inline(always)]
-    fn to_array(self) -> [f32; 8] {
-        let mut a = [0.0; 8];
-        unsafe { _mm256_storeu_ps(a.as_mut_ptr(), self.0) };
-        a
-    }
-    #[inline(always)]
-    fn from_array(a: [f32; 8]) -> Self {
-        Self(unsafe { _mm256_loadu_ps(a.as_ptr()) })
-    }
     #[inline(always)]
     fn halves(low: __m128, high: __m128) -> Self {
         Self(unsafe { _mm256_set_m128(high, low) })
@@ -40,73 +32,17 @@ impl Single {
     }
 }
 
-impl Sealed for Single {}
-
 impl Lane for Single {
     const W: usize = 8;
     type Mask = Signs;
-    #[inline(always)]
-    fn splat(v: f64) -> Self {
-        Self(unsafe { _mm256_set1_ps(v as f32) })
-    }
-    #[inline(always)]
-    fn add(self, b: Self) -> Self {
-        Self(unsafe { _mm256_add_ps(self.0, b.0) })
-    }
-    #[inline(always)]
-    fn sub(self, b: Self) -> Self {
-        Self(unsafe { _mm256_sub_ps(self.0, b.0) })
-    }
-    #[inline(always)]
-    fn mul(self, b: Self) -> Self {
-        Self(unsafe { _mm256_mul_ps(self.0, b.0) })
-    }
-    #[inline(always)]
-    fn div(self, b: Self) -> Self {
-        Self(unsafe { _mm256_div_ps(self.0, b.0) })
-    }
-    #[inline(always)]
-    fn min(self, b: Self) -> Self {
-        Self(unsafe { _mm256_min_ps(self.0, b.0) })
-    }
-    #[inline(always)]
-    fn max(self, b: Self) -> Self {
-        Self(unsafe { _mm256_max_ps(self.0, b.0) })
-    }
-    #[inline(always)]
-    fn fma(self, b: Self, c: Self) -> Self {
-        Self(unsafe { _mm256_fmadd_ps(self.0, b.0, c.0) })
-    }
-    #[inline(always)]
-    fn neg(self) -> Self {
-        Self(unsafe { _mm256_xor_ps(self.0, _mm256_set1_ps(-0.0)) })
-    }
-    #[inline(always)]
-    fn abs(self) -> Self {
-        Self(unsafe { _mm256_andnot_ps(_mm256_set1_ps(-0.0), self.0) })
-    }
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        Self(unsafe { _mm256_sqrt_ps(self.0) })
+    arithmetic! {
+        add: _mm256_add_ps, sub: _mm256_sub_ps, mul: _mm256_mul_ps, div: _mm256_div_ps, min: _mm256_min_ps, max: _mm256_max_ps;
+        fma: _mm256_fmadd_ps, sqrt: _mm256_sqrt_ps, xor: _mm256_xor_ps, andnot: _mm256_andnot_ps,
+        splat: _mm256_set1_ps of f32
     }
     #[inline(always)]
     fn rsqrt(self) -> Self {
         Self(unsafe { _mm256_div_ps(_mm256_set1_ps(1.0), _mm256_sqrt_ps(self.0)) })
-    }
-    lane_by_lane!(exp, ln, sin, cos, tan);
-    #[inline(always)]
-    fn pow(self, b: Self) -> Self {
-        let (mut a, b) = (self.to_array(), b.to_array());
-        let mut k = 0;
-        while k < 8 {
-            a[k] = a[k].powf(b[k]);
-            k += 1;
-        }
-        Self::from_array(a)
-    }
-    #[inline(always)]
-    fn powi(self, n: i32) -> Self {
-        powi(self, n)
     }
     #[inline(always)]
     fn lt(self, b: Self) -> Signs {
@@ -172,34 +108,9 @@ impl Memory for Single {
             _mm256_maskstore_pd(p.add(4), last, high);
         }
     }
-    #[inline(always)]
-    unsafe fn gather(p: *const f64, index: *const u32) -> Self {
-        let mut a = [0.0; 8];
-        let mut k = 0;
-        while k < 8 {
-            a[k] = unsafe { *p.add(*index.add(k) as usize) as f32 };
-            k += 1;
-        }
-        Self::from_array(a)
-    }
-    #[inline(always)]
-    unsafe fn gather_records(p: *const Record, index: *const u32) -> [Self; 4] {
-        let mut all = [[0.0; 8]; 4];
-        let mut k = 0;
-        while k < 8 {
-            let record = unsafe { (*p.add(*index.add(k) as usize)).0 };
-            let mut a = 0;
-            while a < 4 {
-                all[a][k] = record[a] as f32;
-                a += 1;
-            }
-            k += 1;
-        }
-        all.map(Self::from_array)
-    }
     /// Shifts bit k into the sign of lane k.
     #[inline(always)]
-    fn mask(bits: u8) -> Signs {
+    fn mask(bits: u16) -> Signs {
         unsafe {
             let all = _mm256_set1_epi32(bits as i32);
             let by = _mm256_setr_epi32(31, 30, 29, 28, 27, 26, 25, 24);
@@ -207,8 +118,8 @@ impl Memory for Single {
         }
     }
     #[inline(always)]
-    fn bits(m: Signs) -> u8 {
-        unsafe { _mm256_movemask_ps(m.0) as u8 }
+    fn bits(m: Signs) -> u16 {
+        unsafe { _mm256_movemask_ps(m.0) as u16 }
     }
     #[inline(always)]
     fn first(self) -> f64 {
@@ -220,21 +131,12 @@ impl Memory for Single {
     }
 }
 
-/// AVX-512 in single precision: the nodes of two chunks.
-#[derive(Clone, Copy)]
-pub(crate) struct Wide(__m512);
+vector! {
+    /// AVX-512 in single precision: the nodes of two chunks.
+    Wide(__m512), [f32; 16], _mm512_loadu_ps, _mm512_storeu_ps
+}
 
 impl Wide {
-    #[inline(always)]
-    fn to_array(self) -> [f32; 16] {
-        let mut a = [0.0; 16];
-        unsafe { _mm512_storeu_ps(a.as_mut_ptr(), self.0) };
-        a
-    }
-    #[inline(always)]
-    fn from_array(a: [f32; 16]) -> Self {
-        Self(unsafe { _mm512_loadu_ps(a.as_ptr()) })
-    }
     /// The nodes of the first chunk, and of the second.
     #[inline(always)]
     fn chunks(self) -> [__m256; 2] {
@@ -247,73 +149,17 @@ impl Wide {
     }
 }
 
-impl Sealed for Wide {}
-
 impl Lane for Wide {
     const W: usize = 16;
     type Mask = __mmask16;
-    #[inline(always)]
-    fn splat(v: f64) -> Self {
-        Self(unsafe { _mm512_set1_ps(v as f32) })
-    }
-    #[inline(always)]
-    fn add(self, b: Self) -> Self {
-        Self(unsafe { _mm512_add_ps(self.0, b.0) })
-    }
-    #[inline(always)]
-    fn sub(self, b: Self) -> Self {
-        Self(unsafe { _mm512_sub_ps(self.0, b.0) })
-    }
-    #[inline(always)]
-    fn mul(self, b: Self) -> Self {
-        Self(unsafe { _mm512_mul_ps(self.0, b.0) })
-    }
-    #[inline(always)]
-    fn div(self, b: Self) -> Self {
-        Self(unsafe { _mm512_div_ps(self.0, b.0) })
-    }
-    #[inline(always)]
-    fn min(self, b: Self) -> Self {
-        Self(unsafe { _mm512_min_ps(self.0, b.0) })
-    }
-    #[inline(always)]
-    fn max(self, b: Self) -> Self {
-        Self(unsafe { _mm512_max_ps(self.0, b.0) })
-    }
-    #[inline(always)]
-    fn fma(self, b: Self, c: Self) -> Self {
-        Self(unsafe { _mm512_fmadd_ps(self.0, b.0, c.0) })
-    }
-    #[inline(always)]
-    fn neg(self) -> Self {
-        Self(unsafe { _mm512_xor_ps(self.0, _mm512_set1_ps(-0.0)) })
-    }
-    #[inline(always)]
-    fn abs(self) -> Self {
-        Self(unsafe { _mm512_andnot_ps(_mm512_set1_ps(-0.0), self.0) })
-    }
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        Self(unsafe { _mm512_sqrt_ps(self.0) })
+    arithmetic! {
+        add: _mm512_add_ps, sub: _mm512_sub_ps, mul: _mm512_mul_ps, div: _mm512_div_ps, min: _mm512_min_ps, max: _mm512_max_ps;
+        fma: _mm512_fmadd_ps, sqrt: _mm512_sqrt_ps, xor: _mm512_xor_ps, andnot: _mm512_andnot_ps,
+        splat: _mm512_set1_ps of f32
     }
     #[inline(always)]
     fn rsqrt(self) -> Self {
         Self(unsafe { _mm512_div_ps(_mm512_set1_ps(1.0), _mm512_sqrt_ps(self.0)) })
-    }
-    lane_by_lane!(exp, ln, sin, cos, tan);
-    #[inline(always)]
-    fn pow(self, b: Self) -> Self {
-        let (mut a, b) = (self.to_array(), b.to_array());
-        let mut k = 0;
-        while k < 16 {
-            a[k] = a[k].powf(b[k]);
-            k += 1;
-        }
-        Self::from_array(a)
-    }
-    #[inline(always)]
-    fn powi(self, n: i32) -> Self {
-        powi(self, n)
     }
     #[inline(always)]
     fn lt(self, b: Self) -> __mmask16 {
@@ -379,46 +225,12 @@ impl Memory for Wide {
         }
     }
     #[inline(always)]
-    unsafe fn gather(p: *const f64, index: *const u32) -> Self {
-        let mut a = [0.0; 16];
-        let mut k = 0;
-        while k < 16 {
-            a[k] = unsafe { *p.add(*index.add(k) as usize) as f32 };
-            k += 1;
-        }
-        Self::from_array(a)
+    fn mask(bits: u16) -> __mmask16 {
+        bits
     }
     #[inline(always)]
-    unsafe fn gather_records(p: *const Record, index: *const u32) -> [Self; 4] {
-        let mut all = [[0.0; 16]; 4];
-        let mut k = 0;
-        while k < 16 {
-            let record = unsafe { (*p.add(*index.add(k) as usize)).0 };
-            let mut a = 0;
-            while a < 4 {
-                all[a][k] = record[a] as f32;
-                a += 1;
-            }
-            k += 1;
-        }
-        all.map(Self::from_array)
-    }
-    /// Alike in both chunks.
-    #[inline(always)]
-    fn mask(bits: u8) -> __mmask16 {
-        Self::mask_of_two([bits; 2])
-    }
-    #[inline(always)]
-    fn bits(m: __mmask16) -> u8 {
-        m as u8
-    }
-    #[inline(always)]
-    fn mask_of_two(bits: [u8; 2]) -> __mmask16 {
-        u16::from_le_bytes(bits)
-    }
-    #[inline(always)]
-    fn bits_of_two(m: __mmask16) -> [u8; 2] {
-        m.to_le_bytes()
+    fn bits(m: __mmask16) -> u16 {
+        m
     }
     #[inline(always)]
     fn first(self) -> f64 {

@@ -1,14 +1,14 @@
 //! Cloud traversal: neighbour lists in SELL-8, nodes in lanes.
 use super::{Body, CHUNK, Call, Nodes, RECORD, Row, Rows, Stream};
 use crate::kernel::{Bond, Streams, norm_squared};
-use crate::lane::{Memory, Record};
+use crate::lane::{Record, Records};
 use crate::tape::Blocks;
 
 /// Rows ahead at which indices and streams are fetched.
 const AHEAD: usize = 24;
 
 /// One bond of each node of one part of a chunk.
-struct Column<'a, L: Memory, S, const D: usize, const MASKED: bool> {
+struct Column<'a, L: Records, S, const D: usize, const MASKED: bool> {
     row: Row<'a, L, MASKED>,
     sweep: &'a S,
     streams: &'a [Stream],
@@ -19,14 +19,14 @@ struct Column<'a, L: Memory, S, const D: usize, const MASKED: bool> {
     eta: [L; D],
 }
 
-impl<L: Memory, S, const D: usize, const MASKED: bool> Streams<L> for Column<'_, L, S, D, MASKED> {
+impl<L: Records, S, const D: usize, const MASKED: bool> Streams<L> for Column<'_, L, S, D, MASKED> {
     #[inline(always)]
     fn stream(&self, k: usize) -> L {
         unsafe { L::load(self.streams[k].at(self.row.cell())) }
     }
 }
 
-impl<L: Memory, S: Body<D>, const D: usize, const MASKED: bool> Bond<L, D>
+impl<L: Records, S: Body<D>, const D: usize, const MASKED: bool> Bond<L, D>
     for Column<'_, L, S, D, MASKED>
 {
     #[inline(always)]
@@ -84,7 +84,7 @@ impl<L: Memory, S: Body<D>, const D: usize, const MASKED: bool> Bond<L, D>
 
 /// Components of the records at the places of an index row.
 #[inline(always)]
-unsafe fn at_places<L: Memory, const D: usize>(
+unsafe fn at_places<L: Records, const D: usize>(
     records: *const Record,
     index: *const u32,
 ) -> [L; D] {
@@ -100,7 +100,7 @@ unsafe fn at_places<L: Memory, const D: usize>(
 
 /// Differences to the other ends.
 #[inline(always)]
-unsafe fn across<L: Memory, const D: usize>(
+unsafe fn across<L: Records, const D: usize>(
     records: *const Record,
     index: *const u32,
     own: &[L; D],
@@ -115,7 +115,7 @@ unsafe fn across<L: Memory, const D: usize>(
 }
 
 /// The columns of one part of a chunk.
-struct Columns<'a, L: Memory, S, const D: usize, const MASKED: bool> {
+struct Columns<'a, L: Records, S, const D: usize, const MASKED: bool> {
     call: &'a Call,
     sweep: &'a S,
     nbr: &'a [*const f64],
@@ -133,7 +133,7 @@ struct Columns<'a, L: Memory, S, const D: usize, const MASKED: bool> {
     count: usize,
 }
 
-impl<L: Memory, S: Body<D>, const D: usize, const MASKED: bool> Rows<L, D>
+impl<L: Records, S: Body<D>, const D: usize, const MASKED: bool> Rows<L, D>
     for Columns<'_, L, S, D, MASKED>
 {
     type Bond<'a>
@@ -175,7 +175,7 @@ impl<L: Memory, S: Body<D>, const D: usize, const MASKED: bool> Rows<L, D>
 
 /// Runs a sweep on the chunks `from..to`.
 #[inline(always)]
-pub(super) unsafe fn chunks<L: Blocks, S: Body<D>, const D: usize, const MASKED: bool>(
+pub(super) unsafe fn chunks<L: Blocks + Records, S: Body<D>, const D: usize, const MASKED: bool>(
     sweep: &S,
     call: &Call,
     from: usize,
@@ -200,7 +200,7 @@ pub(super) unsafe fn chunks<L: Blocks, S: Body<D>, const D: usize, const MASKED:
                     here[k] = (at + k) as u32;
                     k += 1;
                 }
-                let mut nodes = Nodes::<MASKED>::new(call, chunk, part * L::W, at, false);
+                let mut nodes = Nodes::<MASKED>::new::<L>(call, chunk, part, at);
                 let columns = Columns::<L, S, D, MASKED> {
                     call,
                     sweep,

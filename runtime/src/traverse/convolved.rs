@@ -70,7 +70,7 @@ unsafe fn chunks<L: Blocks>(call: &Call, sums: &Convolved, from: usize, to: usiz
         while part < CHUNK / L::W {
             unsafe {
                 let at = *call.base.add(chunk) as usize + part * L::W;
-                let mut nodes = Nodes::<true>::new(call, chunk, part * L::W, at, false);
+                let mut nodes = Nodes::<true>::new::<L>(call, chunk, part, at);
                 let tape = &*call.tape;
                 let pre = tape.prologue::<L, _>(&nodes);
                 let mut acc = tape.zeros::<L>();

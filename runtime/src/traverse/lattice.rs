@@ -199,7 +199,7 @@ unsafe fn at<L: Blocks, S: Body<D>, const D: usize, const MASKED: bool>(
         let at = *call.base.add(chunk) as usize + part * L::W;
         let first = *call.first.add(chunk) as usize;
         let last = *call.last.add(chunk) as usize;
-        let mut nodes = Nodes::<MASKED>::new(call, chunk, part * L::W, at, L::W > CHUNK);
+        let mut nodes = Nodes::<MASKED>::new::<L>(call, chunk, part, at);
         let entries = Entries::<L, D, MASKED> {
             call,
             u,

@@ -186,27 +186,35 @@ impl<S: Sweep<D>, const D: usize> Body<D> for S {
     }
 }
 
+/// Bits of the nodes of a lane: the bytes of its chunks, which lie `next` apart, or of one part of a chunk.
+#[inline(always)]
+unsafe fn bits<L: Lane>(first: *const u8, next: usize, part: usize) -> u16 {
+    let (mut bits, mut k) = (0, 0);
+    while k < L::W.div_ceil(CHUNK) {
+        bits |= u16::from(unsafe { *first.add(k * next) }) << (k * CHUNK);
+        k += 1;
+    }
+    bits >> (part * L::W)
+}
+
 /// The node slots at one position.
 pub(crate) struct Nodes<'a, const MASKED: bool> {
     call: &'a Call,
     constants: *const f64,
     at: usize,
-    occupied: [u8; 2],
+    occupied: u16,
 }
 
 impl<'a, const MASKED: bool> Nodes<'a, MASKED> {
-    /// The nodes from slot `at` on, which are those of a chunk from lane `first` on, or those of two chunks.
+    /// Those of one part of a chunk, of which slot `at` is the first.
     #[inline(always)]
-    unsafe fn new(call: &'a Call, chunk: usize, first: usize, at: usize, two: bool) -> Self {
+    unsafe fn new<L: Lane>(call: &'a Call, chunk: usize, part: usize, at: usize) -> Self {
         unsafe {
             Nodes {
                 call,
                 constants: call.constants.add(*call.constants_at.add(chunk) as usize),
                 at,
-                occupied: match two {
-                    true => [*call.nodes.add(chunk), *call.nodes.add(chunk + 1)],
-                    false => [*call.nodes.add(chunk) >> first, 0],
-                },
+                occupied: bits::<L>(call.nodes.add(chunk), 1, part),
             }
         }
     }
@@ -228,7 +236,7 @@ impl<L: Memory, const MASKED: bool> Node<L> for Nodes<'_, MASKED> {
         unsafe {
             let to = self.call.out[k].wrapping_add(self.at);
             if MASKED {
-                v.store_where(L::mask_of_two(self.occupied), to)
+                v.store_where(L::mask(self.occupied), to)
             } else {
                 v.store(to)
             }
@@ -250,9 +258,9 @@ pub(crate) struct Row<'a, L: Memory, const MASKED: bool> {
 impl<'a, L: Memory, const MASKED: bool> Row<'a, L, MASKED> {
     #[inline(always)]
     unsafe fn new(call: &'a Call, chunk: usize, row: usize, part: usize, next: usize) -> Self {
-        let bits = |row: usize| match MASKED {
-            true => unsafe { *call.bits.add(row) },
-            false => 0xFF,
+        let alive = match MASKED {
+            true => unsafe { bits::<L>(call.bits.add(row), next, part) },
+            false => u16::MAX,
         };
         Row {
             call,
@@ -260,10 +268,7 @@ impl<'a, L: Memory, const MASKED: bool> Row<'a, L, MASKED> {
             row,
             part,
             next,
-            alive: match L::W > CHUNK {
-                true => L::mask_of_two([bits(row), bits(row + next)]),
-                false => L::mask(bits(row) >> (part * L::W)),
-            },
+            alive: L::mask(alive),
         }
     }
 
@@ -273,45 +278,25 @@ impl<'a, L: Memory, const MASKED: bool> Row<'a, L, MASKED> {
         if !MASKED {
             return;
         }
-        if L::W > CHUNK {
-            return self.kill_of_two(m);
-        }
         let dead = L::bits(L::and(self.alive, m));
         if dead != 0 {
             let shift = self.part * L::W;
-            unsafe {
-                let armed = *self.call.armed.add(self.row * self.call.armed_step);
-                let dead = (dead << shift) & armed;
-                if dead != 0 {
-                    let p = self.call.bits.add(self.row);
-                    *p &= !dead;
-                    *self.call.broken.add(self.chunk) += dead.count_ones();
-                    self.alive = L::mask(*p >> shift);
-                }
-            }
-        }
-    }
-
-    #[inline(always)]
-    fn kill_of_two(&mut self, m: L::Mask) {
-        let dead = L::bits_of_two(L::and(self.alive, m));
-        if dead != [0; 2] {
-            let mut alive = [0; 2];
-            let mut k = 0;
-            while k < 2 {
+            let (mut alive, mut k) = (0, 0);
+            while k < L::W.div_ceil(CHUNK) {
                 let row = self.row + k * self.next;
                 unsafe {
-                    let dead = dead[k] & *self.call.armed.add(row * self.call.armed_step);
+                    let armed = *self.call.armed.add(row * self.call.armed_step);
+                    let dead = ((dead >> (k * CHUNK)) as u8) << shift & armed;
                     let p = self.call.bits.add(row);
                     if dead != 0 {
                         *p &= !dead;
                         *self.call.broken.add(self.chunk + k) += dead.count_ones();
                     }
-                    alive[k] = *p;
+                    alive |= u16::from(*p >> shift) << (k * CHUNK);
                 }
                 k += 1;
             }
-            self.alive = L::mask_of_two(alive);
+            self.alive = L::mask(alive);
         }
     }
 
