@@ -113,5 +113,9 @@ mod tests {
         };
         assert_eq!(conduction("(T' - T)"), [true]);
         assert_eq!(conduction("(T' - T)*abs(T - T0)/(1 K)"), [false]);
+        assert_eq!(conduction("(T' - T0)"), [false]);
+        // The second sum stays as it is, on whichever side of the sum over bonds the difference is taken.
+        let apart = "T')/c - sum(4*k/ball(x^2)*T0";
+        assert_eq!(conduction(apart), [false]);
     }
 }

@@ -282,6 +282,48 @@ until = "1 us"
     assert!(two.contains("`, `force` sum bonds in single"), "{two}");
 }
 
+/// Chunks that two materials share, an odd chunk at the end of a row, broken bonds, lanes of one chunk and of two.
+#[test]
+fn materials_and_widths_of_lanes_make_no_difference() {
+    for (name, kinematics) in [
+        ("pmb", Kinematics::Linearised),
+        ("lps", Kinematics::Linearised),
+        ("correspondence", Kinematics::General),
+        ("heat_state", Kinematics::General),
+    ] {
+        let law = laws::law(name);
+        for flavour in laws::flavours(&law) {
+            let sides = [[37, 1, 1], [37, 6, 1], [37, 5, 3]][flavour.dim() - 1];
+            let body = bodies::lattice(flavour, sides, false);
+            let mut question = Question::deformed(&law, body, STRAIN, 2);
+            let x = question.body.x.iter();
+            question.body.material = x
+                .map(|x| u8::from(x[0] > 11.0 * bodies::DX && x[1] < 4.0 * bodies::DX))
+                .collect();
+            let stiffer: Vec<f64> = question.params.iter().map(|p| 1.2 * p).collect();
+            let answer = |form: &engine::Law, precision, isa| {
+                let mut settings = question.settings(Traversal::Lattice, Some(isa));
+                settings.precision = precision;
+                settings.materials.push(stiffer.clone());
+                let engine = Engine::new(&question.body, form.clone(), settings);
+                let mut engine = engine.unwrap_or_else(|e| panic!("{question}: {e}"));
+                let mut state = question.state(&mut engine);
+                engine.forces(&mut state, Breaking::Held);
+                engine
+            };
+            for form in forms(&question, kinematics) {
+                let double = answer(&form, Precision::Double, Isa::Scalar);
+                for isa in [Isa::Avx2, Isa::Avx512] {
+                    if isa.available() {
+                        let far = distance(&answer(&form, Precision::Single, isa), &double);
+                        assert!(far > 0.0 && far < near(&law), "{question} {isa:?}: {far:e}");
+                    }
+                }
+            }
+        }
+    }
+}
+
 fn refusal(q: &Question, law: engine::Law, traversal: Traversal) -> String {
     match engine_of(q, law, traversal, Precision::Single) {
         Err(e @ SetupError::Precision(..)) => e.to_string(),
@@ -308,20 +350,21 @@ fn what_loses_digits_is_refused() {
         return;
     }
     // A body so small that its weighted volumes [m^5] are no numbers of single precision.
+    let why = refusal(&scaled(&question, 1e-6), linear, Traversal::Lattice);
+    assert!(why.contains("single precision cannot multiply"), "{why}");
+}
+
+/// The same question of a smaller body.
+fn scaled<'a>(question: &Question<'a>, size: f64) -> Question<'a> {
     let mut small = question.clone();
-    let size = 1e-6;
     small.horizon *= size;
     small.body.spacing *= size;
-    small
-        .body
-        .volume
-        .iter_mut()
-        .for_each(|v| *v *= size * size * size);
+    let volume = size.powi(small.body.flavour.dim() as i32);
+    small.body.volume.iter_mut().for_each(|v| *v *= volume);
     small.body.x.iter_mut().flatten().for_each(|x| *x *= size);
     if let Some(grid) = &mut small.body.grid {
         grid.spacing *= size;
         grid.origin = grid.origin.map(|x| x * size);
     }
-    let why = refusal(&small, linear, Traversal::Lattice);
-    assert!(why.contains("single precision cannot multiply"), "{why}");
+    small
 }

@@ -287,21 +287,13 @@ impl Engine {
         p.own.iter().chain(&p.nbr).filter_map(array).collect()
     }
 
-    /// Of each number of a bond, in single precision already.
+    /// Of each number of a bond.
     fn numbers_of_bonds(&self, k: usize) -> Vec<f64> {
-        let Some(Geometry::Table { values, .. }) = &self.rounded.tables[k] else {
+        let Geometry::Table { values, .. } = &self.geometry[k] else {
             return vec![];
         };
         let count = 1 + self.spec.dim + self.programs[k].geometry.outs.len();
-        let records = || values.chunks_exact(1 + count.div_ceil(2));
-        let number = |n: usize| {
-            let at = |record: &[f64]| {
-                let bytes = record[1 + n / 2].to_ne_bytes();
-                let half = std::array::from_fn(|k| bytes[n % 2 * 4 + k]);
-                f64::from(f32::from_ne_bytes(half))
-            };
-            largest(records().map(at))
-        };
+        let number = |n: usize| largest(values.chunks_exact(1 + count).map(|r| r[1 + n]));
         (0..count).map(number).collect()
     }
 }
