@@ -11,7 +11,7 @@ use pdlang::ir::{Flavour, Law};
 use crate::verify::{Options, Subject};
 use crate::waves::plot::{self, Curve, Series};
 use crate::waves::{self, Moving, Study};
-use crate::{files, relations};
+use crate::{files, registry, relations};
 
 /// Wave numbers of a picture.
 const POINTS: usize = 24;
@@ -44,6 +44,10 @@ pub fn page(
         let (parts, svg) = waves_of(law, text, path, picture);
         more.extend(parts);
         drawn = svg;
+    }
+    if let Some(entry) = registry::find(path) {
+        more.push(Part::Heading("Compiled kernels".into()));
+        more.push(Part::Text(entry.kernels_said()));
     }
     let request = Request {
         stage,

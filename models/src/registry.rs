@@ -121,6 +121,20 @@ impl Entry {
         format!("../img/laws/{}.svg", self.name)
     }
 
+    /// Which of its kernels are compiled in, as a sentence.
+    pub fn kernels_said(&self) -> String {
+        let general = dims(self.kernels);
+        match self.linearised {
+            Some(small) => format!(
+                "Kernels are compiled in {general}, and for small displacements in {}.",
+                dims(small)
+            ),
+            None => format!(
+                "Kernels are compiled in {general}, none of them for small displacements: without one, a law runs interpreted."
+            ),
+        }
+    }
+
     /// The law at a dimension, with its machine code.
     pub fn compiled(&self, dim: usize) -> Option<Law> {
         Law::compiled(self.kernels, dim).ok()
@@ -130,4 +144,9 @@ impl Entry {
     pub fn compiled_linearised(&self, dim: usize) -> Option<Law> {
         Law::compiled(self.linearised?, dim).ok()
     }
+}
+
+fn dims(law: &CompiledLaw) -> String {
+    let dims: Vec<String> = law.kernels.iter().map(|k| format!("{}D", k.dim)).collect();
+    dims.join(", ")
 }

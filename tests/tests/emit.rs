@@ -88,6 +88,7 @@ fn forms_of_a_page_say_the_same() {
             "The law as it is written",
             "Waves and moduli",
             "Related laws",
+            &words(&entry.kernels_said()),
             "How it is computed",
             "Probes",
             "Its bonds",

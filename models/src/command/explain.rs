@@ -60,15 +60,7 @@ pub fn execute(matches: &ArgMatches) -> Outcome {
     })?;
     print!("{shown}");
     if let Some(entry) = registry::find(law) {
-        let has = |dim: &usize| match linearised {
-            true => entry.compiled_linearised(*dim).is_some(),
-            false => entry.compiled(*dim).is_some(),
-        };
-        let dims: Vec<String> = (1..=3).filter(has).map(|dim| format!("{dim}D")).collect();
-        match dims.is_empty() {
-            true => println!("\nkernels: none is compiled, the law runs interpreted"),
-            false => println!("\nkernels: compiled in {}", dims.join(", ")),
-        }
+        println!("\n{}", entry.kernels_said());
     }
     Ok(())
 }

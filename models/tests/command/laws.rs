@@ -127,11 +127,18 @@ fn explain_says_how_a_law_is_computed() {
         "theta: at every force evaluation",
         "breaks where",
         "force_x = ",
-        "kernels: compiled in 1D, 2D, 3D",
+        "Kernels are compiled in 1D, 2D, 3D, and for small displacements in 1D, 2D, 3D.",
     ];
     mentions(&pdlang(&["explain", "lps"], 0), &says);
     let plane = ["explain", "heat", "--dim", "2", "--linearised"];
-    mentions(&pdlang(&plane, 0), &["heat in 2D", "a bond takes"]);
+    mentions(
+        &pdlang(&plane, 0),
+        &[
+            "heat in 2D",
+            "a bond takes",
+            "none of them for small displacements",
+        ],
+    );
     let refused = ["explain", "lamina", "--dim", "3"];
     mentions(&pdlang(&refused, 1), &["PD092"]);
     mentions(&pdlang(&["explain", "lpz"], 1), &["no law `lpz`"]);
