@@ -1,6 +1,7 @@
 //! The language: text to kernel.
 pub mod assemble;
 pub mod ast;
+pub mod at;
 mod check;
 pub mod codes;
 pub mod compile;

@@ -11,6 +11,7 @@ mod emit;
 mod explain;
 mod fmt;
 mod forecast;
+mod lsp;
 mod models;
 mod plan;
 mod progress;
@@ -91,6 +92,7 @@ fn cli() -> Command {
         .subcommand(models::command())
         .subcommand(emit::command())
         .subcommand(fmt::command())
+        .subcommand(lsp::command())
         .subcommand(bench::command())
 }
 
@@ -105,6 +107,7 @@ fn dispatch(matches: &ArgMatches) -> Outcome {
         Some(("models", m)) => models::execute(m),
         Some(("emit", m)) => emit::execute(m),
         Some(("fmt", m)) => fmt::execute(m),
+        Some(("lsp", m)) => lsp::execute(m),
         Some(("bench", m)) => bench::execute(m),
         // The parser has refused everything else.
         _ => Ok(()),

@@ -3,6 +3,7 @@
 
 mod bench;
 mod laws;
+mod lsp;
 mod plans;
 mod runs;
 mod waves;

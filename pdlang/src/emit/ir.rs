@@ -113,12 +113,12 @@ pub(super) fn law(law: &Law) -> String {
     text
 }
 
-fn unit(law: &Law, unit: &Unit) -> String {
+pub(crate) fn unit(law: &Law, unit: &Unit) -> String {
     let names: Vec<String> = law.influences.iter().map(|i| i.name.clone()).collect();
     unit.describe(&names)
 }
 
-fn home(home: Home) -> &'static str {
+pub(crate) fn home(home: Home) -> &'static str {
     match home {
         Home::Constant => "let",
         Home::Node => "node",
@@ -126,11 +126,11 @@ fn home(home: Home) -> &'static str {
     }
 }
 
-fn shape(shape: Shape) -> String {
+pub(crate) fn shape(shape: Shape) -> String {
     format!("{shape:?}").to_lowercase()
 }
 
-fn expr(law: &Law, id: ExprId) -> String {
+pub(crate) fn expr(law: &Law, id: ExprId) -> String {
     let e = |id: &ExprId| expr(law, *id);
     match &law.exprs[id.index()].kind {
         ExprKind::Number(v) => v.to_string(),

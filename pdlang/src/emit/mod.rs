@@ -8,7 +8,7 @@ mod broken;
 mod computed;
 pub mod derived;
 mod formulas;
-mod ir;
+pub(crate) mod ir;
 mod latex;
 mod page;
 mod plain;
