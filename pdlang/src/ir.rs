@@ -356,6 +356,30 @@ pub enum ExprKind {
     Case([ExprId; 5]),
 }
 
+impl Law {
+    /// What an expression is formed from: its operands, or what the definition or weight says that it reads.
+    pub fn behind(&self, expr: ExprId) -> Vec<ExprId> {
+        match &self.exprs[expr.index()].kind {
+            ExprKind::Def(def) => vec![self.defs[def.index()].expr],
+            ExprKind::Weight(w) => vec![self.weights[w.index()].expr],
+            kind => kind.operands(),
+        }
+    }
+
+    /// Some expressions and all that they are formed from, each once.
+    pub fn all_behind(&self, mut list: Vec<ExprId>) -> Vec<ExprId> {
+        let mut seen = vec![false; self.exprs.len()];
+        let mut found = Vec::new();
+        while let Some(expr) = list.pop() {
+            if !std::mem::replace(&mut seen[expr.index()], true) {
+                found.push(expr);
+                list.extend(self.behind(expr));
+            }
+        }
+        found
+    }
+}
+
 impl ExprKind {
     /// The direct operands; a definition has none.
     pub fn operands(&self) -> Vec<ExprId> {

@@ -8,6 +8,7 @@ use pdlang::diag::Diagnostic;
 use pdlang::ir::Law;
 use pdlang::{emit, fmt, front, probe};
 use pdlang_models::language::Pdlang;
+use pdlang_models::page;
 use pdlang_runtime::body::Flavour;
 use pdlang_runtime::engine::{self, Isa, Traversal};
 use pdlang_runtime::scene::{Nodes, Scene};
@@ -46,7 +47,7 @@ pub struct Came {
     pub compared: usize,
 }
 
-/// Text -> parse -> check -> lower -> derive -> tapes; the law as defined and the tapes agree.
+/// Text -> parse -> check -> lower -> derive -> tapes; the law as defined and the tapes agree; every page, its waves among them.
 ///
 /// # Panics
 /// When they do not, or anything else panics.
@@ -84,6 +85,13 @@ pub fn language(text: &str) -> Came {
     for stage in emit::Stage::ALL.into_iter().chain([emit::Stage::Explained]) {
         let _ = emit::emit(text, stage, None);
     }
+    let _ = page::page(
+        text,
+        "fuzz.pd",
+        emit::Stage::Markdown,
+        None,
+        Some("waves.svg"),
+    );
     came
 }
 

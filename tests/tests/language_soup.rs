@@ -149,6 +149,28 @@ fn what_cancels_agrees() {
     assert!(fuzz::language(&text).compared > 0);
 }
 
+/// As long as a law may be, or read in ever so many ways: through the whole compiler, the oracle and to the page.
+#[test]
+fn what_the_limits_let_pass_is_compiled() {
+    let chained = |n: usize, link: &dyn Fn(String) -> String| {
+        let links = (1..n).map(|k| format!("bond b{k} = {}\n", link(format!("b{}", k - 1))));
+        let links: String = links.collect();
+        law(&format!(
+            "influence omega = 1\nbond b0 = s\n{links}energy W = K*sum(b{}^2)/ball(1)",
+            n - 1
+        ))
+    };
+    let texts = [
+        chained(190, &|b| format!("{b} + 0.001")),
+        chained(40, &|b| format!("0.5*{b} + 0.5*{b}")),
+        chained(40, &|b| format!("0.5*{b} + 0.5*{b}'")),
+    ];
+    for text in texts {
+        let came = fuzz::language(&text);
+        assert!(came.compared > 0, "{came:?}\n{text}");
+    }
+}
+
 /// Texts that would exhaust the stack, the memory or the patience of a careless compiler.
 #[test]
 fn monsters_end_in_a_finding_and_soon() {

@@ -118,10 +118,13 @@ impl Subject<'_> {
     pub fn definitions(&self) -> impl Iterator<Item = &Def> {
         let law = self.law;
         let answers = law.responses.iter().map(expr_of);
-        let needed = needed(
-            law,
-            answers.chain(law.breaks.iter().map(|b| b.when)).collect(),
-        );
+        let answers = answers.chain(law.breaks.iter().map(|b| b.when)).collect();
+        let mut needed = vec![false; law.defs.len()];
+        for expr in law.all_behind(answers) {
+            if let ExprKind::Def(def) = law.exprs[expr.index()].kind {
+                needed[def.index()] = true;
+            }
+        }
         let defs = law.defs.iter().zip(needed);
         defs.filter(|(def, needed)| *needed && !def.span.prelude)
             .map(|(def, _)| def)
@@ -173,35 +176,10 @@ pub fn terms(law: &Law, expr: ExprId) -> Vec<ExprId> {
     }
 }
 
-/// Which definitions a list of expressions needs.
-fn needed(law: &Law, list: Vec<ExprId>) -> Vec<bool> {
-    let mut needed = vec![false; law.defs.len()];
-    let mut queue = list;
-    while let Some(expr) = queue.pop() {
-        match &law.exprs[expr.index()].kind {
-            ExprKind::Def(def) if !needed[def.index()] => {
-                needed[def.index()] = true;
-                queue.push(law.defs[def.index()].expr);
-            }
-            ExprKind::Weight(w) => queue.push(law.weights[w.index()].expr),
-            kind => queue.extend(kind.operands()),
-        }
-    }
-    needed
-}
-
 /// Whether an expression holds what is asked for, directly or through definitions.
 pub fn contains(law: &Law, expr: ExprId, asked: &dyn Fn(&ExprKind) -> bool) -> bool {
-    let kind = &law.exprs[expr.index()].kind;
-    if asked(kind) {
-        return true;
-    }
-    let behind = match kind {
-        ExprKind::Def(def) => vec![law.defs[def.index()].expr],
-        ExprKind::Weight(w) => vec![law.weights[w.index()].expr],
-        kind => kind.operands(),
-    };
-    behind.into_iter().any(|e| contains(law, e, asked))
+    let all = law.all_behind(vec![expr]);
+    all.iter().any(|e| asked(&law.exprs[e.index()].kind))
 }
 
 /// Whether an expression depends on how the body is displaced.

@@ -8,11 +8,11 @@ use super::{Error, Oracle};
 use crate::ir::{
     BinaryOp, Builtin, ExprId, ExprKind, FamilyId, FieldId, HistoryId, Home, Law, Reduction,
 };
-use crate::resolve::walk::operands;
 use std::cell::RefCell;
+use std::collections::HashMap;
 
 /// Where an expression is read.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Place {
     /// A constant.
     Nowhere,
@@ -35,7 +35,12 @@ pub(super) struct Wave<'o, T> {
     pub there: &'o dyn Fn(usize, T) -> T,
 }
 
-/// One pass over one state. Sums and node definitions are remembered per node.
+/// What a definition must find of the stack, and what it is given where that is not there [bytes].
+const STACK: (usize, usize) = (256 << 10, 8 << 20);
+
+type Last<T> = HashMap<(ExprId, bool), (Place, Value<T>)>;
+
+/// One pass over one state. Sums and node definitions are remembered per node, what many read at a bond until the next.
 pub(super) struct Evaluator<'o, 'a, T> {
     oracle: &'o Oracle<'a>,
     state: &'o State,
@@ -48,6 +53,8 @@ pub(super) struct Evaluator<'o, 'a, T> {
     wave: Option<Wave<'o, T>>,
     /// Per expression, filled when first asked for: per node, and at the end for constants.
     known: RefCell<Vec<Vec<Option<Value<T>>>>>,
+    /// By expression, and by which way the bond leads: where it was read last.
+    last: RefCell<Last<T>>,
 }
 
 impl<'o, 'a, T: Real> Evaluator<'o, 'a, T> {
@@ -69,6 +76,7 @@ impl<'o, 'a, T: Real> Evaluator<'o, 'a, T> {
             stretched: None,
             wave: None,
             known: RefCell::new(vec![Vec::new(); oracle.law.exprs.len()]),
+            last: RefCell::new(HashMap::new()),
         })
     }
 
@@ -105,6 +113,14 @@ impl<'o, 'a, T: Real> Evaluator<'o, 'a, T> {
 
     /// Value of expression `id` at `place`.
     pub(super) fn at(&self, id: ExprId, place: Place) -> Result<Value<T>, Error> {
+        match self.oracle.shared[id.index()] {
+            true => self.remember(id, place, || self.form(id, place)),
+            false => self.form(id, place),
+        }
+    }
+
+    /// What is not inlined here is so for the stack: the frame of what is deepest would be that of all.
+    fn form(&self, id: ExprId, place: Place) -> Result<Value<T>, Error> {
         match &self.oracle.law.exprs[id.index()].kind {
             ExprKind::Number(v) => number(*v),
             ExprKind::Pi => number(std::f64::consts::PI),
@@ -114,19 +130,7 @@ impl<'o, 'a, T: Real> Evaluator<'o, 'a, T> {
             ExprKind::Var(_) => Err(Error("a law has no free variables".into())),
             ExprKind::Param(p) => number(self.oracle.settings.params[p.index()]),
             ExprKind::Def(def) => self.definition(def.index(), place),
-            ExprKind::Field(f) => {
-                let node = self.node(place)?;
-                let mut value = self.state.fields[f.index()][node].lift();
-                if let Some((field, gain)) = self.wave.as_ref().and_then(|wave| wave.field)
-                    && field == *f
-                {
-                    value = value.add(Value::Scalar(gain))?;
-                }
-                Ok(match self.lives(*f, node)? {
-                    true => value,
-                    false => value.map(|_| T::constant(0.0)),
-                })
-            }
+            ExprKind::Field(f) => self.field(*f, place),
             ExprKind::History(h) => self.history(*h, place),
             ExprKind::Influence(slot) => self.influence(slot.index(), place),
             ExprKind::Weight(w) => number(self.oracle.weights[w.index()][self.bond(place)?]),
@@ -149,7 +153,9 @@ impl<'o, 'a, T: Real> Evaluator<'o, 'a, T> {
             ExprKind::Component(a, index) => self.component(*a, index, place),
             ExprKind::Reduce(reduction, family, a) => {
                 let node = self.node(place)?;
-                self.remember(id, node, || self.sum(*reduction, *family, *a, id, node))
+                self.remember(id, Place::Node(node), || {
+                    self.sum(*reduction, *family, *a, id, node)
+                })
             }
             ExprKind::Ball(a) => self.ball(id, *a),
             ExprKind::Prime(a) => self.other_end(*a, place),
@@ -168,30 +174,51 @@ impl<'o, 'a, T: Real> Evaluator<'o, 'a, T> {
     fn remember(
         &self,
         id: ExprId,
-        node: usize,
+        place: Place,
         compute: impl FnOnce() -> Result<Value<T>, Error>,
     ) -> Result<Value<T>, Error> {
-        if let Some(Some(value)) = self.known.borrow()[id.index()].get(node) {
+        let nodes = self.oracle.body.nodes.len();
+        let k = match place {
+            Place::Node(i) => i,
+            Place::Nowhere => nodes,
+            Place::Bond(_) | Place::Reference(_) => return self.remember_last(id, place, compute),
+        };
+        if let Some(Some(value)) = self.known.borrow()[id.index()].get(k) {
             return Ok(*value);
         }
         let value = compute()?;
         let row = &mut self.known.borrow_mut()[id.index()];
-        row.resize(self.oracle.body.nodes.len() + 1, None);
-        row[node] = Some(value);
+        row.resize(nodes + 1, None);
+        row[k] = Some(value);
+        Ok(value)
+    }
+
+    /// At a bond and its reverse, each until another is read.
+    fn remember_last(
+        &self,
+        id: ExprId,
+        place: Place,
+        compute: impl FnOnce() -> Result<Value<T>, Error>,
+    ) -> Result<Value<T>, Error> {
+        let turned = matches!(place, Place::Bond(b) if self.oracle.reverse[b] < Some(b));
+        if let Some((at, value)) = self.last.borrow().get(&(id, turned))
+            && *at == place
+        {
+            return Ok(*value);
+        }
+        let value = compute()?;
+        self.last.borrow_mut().insert((id, turned), (place, value));
         Ok(value)
     }
 
     fn definition(&self, k: usize, place: Place) -> Result<Value<T>, Error> {
         let def = &self.oracle.law.defs[k];
+        let form = |place| stacker::maybe_grow(STACK.0, STACK.1, || self.at(def.expr, place));
+        let known = |place| self.remember(def.expr, place, || form(place));
         match def.home {
-            Home::Constant => self.remember(def.expr, self.oracle.body.nodes.len(), || {
-                self.at(def.expr, Place::Nowhere)
-            }),
-            Home::Node => {
-                let node = self.node(place)?;
-                self.remember(def.expr, node, || self.at(def.expr, Place::Node(node)))
-            }
-            Home::Bond => self.at(def.expr, place),
+            Home::Constant => known(Place::Nowhere),
+            Home::Node => known(Place::Node(self.node(place)?)),
+            Home::Bond => form(place),
         }
     }
 
@@ -214,6 +241,22 @@ impl<'o, 'a, T: Real> Evaluator<'o, 'a, T> {
         }
     }
 
+    #[inline(never)]
+    fn field(&self, field: FieldId, place: Place) -> Result<Value<T>, Error> {
+        let node = self.node(place)?;
+        let mut value = self.state.fields[field.index()][node].lift();
+        if let Some((moved, gain)) = self.wave.as_ref().and_then(|wave| wave.field)
+            && moved == field
+        {
+            value = value.add(Value::Scalar(gain))?;
+        }
+        Ok(match self.lives(field, node)? {
+            true => value,
+            false => value.map(|_| T::constant(0.0)),
+        })
+    }
+
+    #[inline(never)]
     fn history(&self, id: HistoryId, place: Place) -> Result<Value<T>, Error> {
         let k = match self.oracle.law.histories[id.index()].home {
             Home::Bond => self.bond(place)?,
@@ -222,6 +265,7 @@ impl<'o, 'a, T: Real> Evaluator<'o, 'a, T> {
         Ok(self.state.histories[id.index()][k].lift())
     }
 
+    #[inline(never)]
     fn influence(&self, slot: usize, place: Place) -> Result<Value<T>, Error> {
         match place {
             Place::Reference(xi) => {
@@ -239,6 +283,7 @@ impl<'o, 'a, T: Real> Evaluator<'o, 'a, T> {
         }
     }
 
+    #[inline(never)]
     fn eta(&self, place: Place) -> Result<Value<T>, Error> {
         let b = self.bond(place)?;
         let bond = &self.oracle.body.bonds[b];
@@ -261,6 +306,7 @@ impl<'o, 'a, T: Real> Evaluator<'o, 'a, T> {
     }
 
     /// Weighted sum over the bonds of a node that the reduction sees. An empty sum is a zero of its shape.
+    #[inline(never)]
     fn sum(
         &self,
         reduction: Reduction,
@@ -309,6 +355,7 @@ impl<'o, 'a, T: Real> Evaluator<'o, 'a, T> {
         }
     }
 
+    #[inline(never)]
     fn other_end(&self, a: ExprId, place: Place) -> Result<Value<T>, Error> {
         let b = self.bond(place)?;
         let value = match self.oracle.law.exprs[a.index()].home {
@@ -318,6 +365,7 @@ impl<'o, 'a, T: Real> Evaluator<'o, 'a, T> {
         Ok(value?.map(|x| self.there(b, x)))
     }
 
+    #[inline(never)]
     fn binary(&self, op: BinaryOp, a: ExprId, b: ExprId, place: Place) -> Result<Value<T>, Error> {
         let (left, right) = (self.at(a, place)?, self.at(b, place)?);
         match op {
@@ -340,6 +388,7 @@ impl<'o, 'a, T: Real> Evaluator<'o, 'a, T> {
         self.oracle.sums[id.index()] && value.is_zero()
     }
 
+    #[inline(never)]
     fn call(&self, builtin: Builtin, args: &[ExprId], place: Place) -> Result<Value<T>, Error> {
         let arg = |k: usize| match args.get(k) {
             Some(a) => self.at(*a, place),
@@ -372,6 +421,7 @@ impl<'o, 'a, T: Real> Evaluator<'o, 'a, T> {
         }
     }
 
+    #[inline(never)]
     fn inverse(&self, args: &[ExprId], a: Value<T>) -> Result<Value<T>, Error> {
         let dim = self.oracle.dim();
         match args.first() {
@@ -383,6 +433,7 @@ impl<'o, 'a, T: Real> Evaluator<'o, 'a, T> {
         }
     }
 
+    #[inline(never)]
     fn vector(&self, parts: &[ExprId], place: Place) -> Result<Value<T>, Error> {
         let mut v = value::zero_vector();
         for (to, part) in v.iter_mut().zip(parts).take(self.oracle.dim()) {
@@ -392,6 +443,7 @@ impl<'o, 'a, T: Real> Evaluator<'o, 'a, T> {
     }
 
     /// A component beyond the dimension is zero: nothing moves or strains there.
+    #[inline(never)]
     fn component(&self, a: ExprId, index: &[u8], place: Place) -> Result<Value<T>, Error> {
         match (self.at(a, place)?, index) {
             (Value::Vector(v), [k @ 0..3]) => Ok(Value::Scalar(v[*k as usize])),
@@ -422,21 +474,5 @@ fn empty<T: Real>(law: &Law, id: ExprId) -> Value<T> {
             Value::Tensor(value::zero_tensor())
         }
         _ => Value::Scalar(T::constant(0.0)),
-    }
-}
-
-/// Whether an expression holds what is asked for, given which definitions do.
-pub(super) fn contains(
-    law: &Law,
-    id: ExprId,
-    of_def: &[bool],
-    asked: fn(&ExprKind) -> bool,
-) -> bool {
-    let any = |ids: &[ExprId]| ids.iter().any(|a| contains(law, *a, of_def, asked));
-    match &law.exprs[id.index()].kind {
-        kind if asked(kind) => true,
-        ExprKind::Def(def) => of_def[def.index()],
-        ExprKind::Weight(w) => any(&[law.weights[w.index()].expr]),
-        kind => any(&operands(kind)),
     }
 }

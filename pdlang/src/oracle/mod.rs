@@ -29,6 +29,9 @@ use crate::ir::{self, ExprId, ExprKind, FamilyId, FieldId, Response};
 use evaluate::{Evaluator, Place};
 use std::fmt;
 
+/// Operations of an expression that are more work than remembering it.
+const LONG: usize = 16;
+
 /// Why the oracle could not answer: a law that the checks should have refused, or a body that does not fit it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Error(pub String);
@@ -85,6 +88,8 @@ pub struct Oracle<'a> {
     balls: Vec<Option<f64>>,
     /// Whether an expression depends on a sum.
     sums: Vec<bool>,
+    /// Whether it is remembered wherever it is read.
+    shared: Vec<bool>,
     /// Whether it is made of sums that only breaking bonds change.
     shapes: Vec<bool>,
     /// Whether a sum is read at the other end of a bond.
@@ -107,6 +112,7 @@ impl<'a> Oracle<'a> {
             ));
         }
         body.check()?;
+        let order = in_order(law);
         let mut oracle = Oracle {
             law,
             body,
@@ -116,18 +122,19 @@ impl<'a> Oracle<'a> {
             member: Vec::new(),
             omega: Vec::new(),
             balls: vec![None; law.exprs.len()],
-            sums: depends_on(law, |kind| matches!(kind, ExprKind::Reduce(..))),
+            sums: depends_on(law, &order, |kind| matches!(kind, ExprKind::Reduce(..))),
+            shared: shared(&order),
             shapes: Vec::new(),
             second_ring: false,
             weights: Vec::new(),
             reaches: Vec::new(),
         };
-        let moves = depends_on(law, |kind| matches!(kind, ExprKind::Eta));
+        let moves = depends_on(law, &order, |kind| matches!(kind, ExprKind::Eta));
         oracle.second_ring = law.exprs.iter().any(|expr| match expr.kind {
             ExprKind::Prime(a) => oracle.sums[a.index()] && moves[a.index()],
             _ => false,
         });
-        let changes = depends_on(law, |kind| {
+        let changes = depends_on(law, &order, |kind| {
             use ExprKind::{Eta, Field, History, TimeStep, Velocity};
             matches!(kind, Eta | Field(_) | History(_) | TimeStep | Velocity)
         });
@@ -414,15 +421,61 @@ impl<'a> Oracle<'a> {
     }
 }
 
-/// Which expressions contain what is asked for, directly or through definitions.
-fn depends_on(law: &ir::Law, asked: fn(&ExprKind) -> bool) -> Vec<bool> {
-    let mut of_def = vec![false; law.defs.len()];
-    for (k, def) in law.defs.iter().enumerate() {
-        of_def[k] = evaluate::contains(law, def.expr, &of_def, asked);
+/// All expressions, each behind what it is formed from, and that. Depth first, with an explicit stack.
+fn in_order(law: &ir::Law) -> Vec<(ExprId, Vec<ExprId>)> {
+    let mut seen = vec![false; law.exprs.len()];
+    let mut order = Vec::with_capacity(law.exprs.len());
+    for root in 0..law.exprs.len() {
+        let mut open = vec![(ExprId(root as u32), None)];
+        while let Some((id, parts)) = open.pop() {
+            match parts {
+                Some(parts) => order.push((id, parts)),
+                None if seen[id.index()] => {}
+                None => {
+                    seen[id.index()] = true;
+                    let parts = law.behind(id);
+                    let below = parts.clone();
+                    open.push((id, Some(parts)));
+                    open.extend(below.into_iter().map(|part| (part, None)));
+                }
+            }
+        }
     }
-    (0..law.exprs.len())
-        .map(|k| evaluate::contains(law, ExprId(k as u32), &of_def, asked))
-        .collect()
+    order
+}
+
+/// Which expressions contain what is asked for, directly or through definitions.
+fn depends_on(
+    law: &ir::Law,
+    order: &[(ExprId, Vec<ExprId>)],
+    asked: fn(&ExprKind) -> bool,
+) -> Vec<bool> {
+    let mut found = vec![false; law.exprs.len()];
+    for (id, parts) in order {
+        let k = id.index();
+        found[k] = asked(&law.exprs[k].kind) || parts.iter().any(|a| found[a.index()]);
+    }
+    found
+}
+
+/// Which expressions are remembered wherever they are read: those with several readers that are long to form. What a
+/// law doubles again and again would else be formed as often as it has leaves.
+fn shared(order: &[(ExprId, Vec<ExprId>)]) -> Vec<bool> {
+    let mut readers = vec![0_usize; order.len()];
+    for part in order.iter().flat_map(|(_, parts)| parts) {
+        readers[part.index()] += 1;
+    }
+    let mut operations = vec![0_usize; order.len()];
+    let mut shared = vec![false; order.len()];
+    for (id, parts) in order {
+        let k = id.index();
+        operations[k] = 1 + parts.iter().map(|a| operations[a.index()]).sum::<usize>();
+        shared[k] = readers[k] > 1 && operations[k] > LONG;
+        if shared[k] {
+            operations[k] = 1;
+        }
+    }
+    shared
 }
 
 #[cfg(test)]

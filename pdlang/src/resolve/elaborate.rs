@@ -19,9 +19,10 @@ use crate::span::Span;
 use crate::units::{self, Unit};
 use std::collections::{HashMap, HashSet};
 
-/// The height of an expression, and the expressions of one law: bounds that only a law written to
-/// exhaust the compiler reaches.
+/// The height of an expression, that with all its definitions, and the expressions of one law: bounds that only a law
+/// written to exhaust the compiler reaches.
 const MAX_HEIGHT: usize = 240;
+const MAX_DEPTH: u32 = 400;
 const MAX_STEPS: usize = 100_000;
 
 /// What a name of a model stands for.
@@ -210,6 +211,12 @@ impl<'a> Elaborator<'a> {
         facts.any_unit &= unit.is_number();
         if facts.height as usize > MAX_HEIGHT {
             return self.wrong(check::size::too_deep(span));
+        }
+        if facts.size > MAX_STEPS {
+            return self.wrong(check::size::too_large(span));
+        }
+        if facts.depth > MAX_DEPTH {
+            return self.wrong(check::size::leans_too_far(span, MAX_DEPTH));
         }
         self.exprs.push(ir::Expr {
             kind,

@@ -9,6 +9,10 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 pub(crate) struct Facts {
     /// Height of the tree; a definition is a leaf.
     pub height: u32,
+    /// Operations, where what is shared is counted as often as it is read; a definition is a leaf.
+    pub size: usize,
+    /// Height with all that its definitions lean on.
+    pub depth: u32,
     /// True for values of any unit: literal zero and infinity, and what influence functions raise to a power.
     pub any_unit: bool,
     /// Value of an expression of numbers alone.
@@ -45,6 +49,16 @@ impl Facts {
         let parts: Vec<&Facts> = operands(kind).into_iter().map(&of).collect();
         Facts {
             height: 1 + parts.iter().map(|part| part.height).max().unwrap_or(0),
+            size: parts
+                .iter()
+                .fold(1, |sum, part| part.size.saturating_add(sum)),
+            depth: 1 + parts
+                .iter()
+                .copied()
+                .chain(definition)
+                .map(|part| part.depth)
+                .max()
+                .unwrap_or(0),
             any_unit: any_unit(kind, &parts),
             literal: literal(kind, &parts),
             structure: structure(kind, &parts),
