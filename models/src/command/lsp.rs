@@ -33,9 +33,11 @@ fn serve(connection: &Connection) -> Outcome {
         "definitionProvider": true,
         "documentFormattingProvider": true,
     });
-    connection
-        .initialize(capabilities)
-        .map_err(Failure::plain)?;
+    connection.initialize(capabilities).map_err(|error| {
+        Failure::plain(format!(
+            "`pdlang lsp` is started by an editor, and none began to speak: {error}"
+        ))
+    })?;
     let mut texts = HashMap::new();
     for message in &connection.receiver {
         let answers = match message {

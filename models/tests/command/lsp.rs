@@ -159,3 +159,15 @@ fn strange_texts_and_requests_do_no_harm() {
     assert_eq!(answer(&said, 100)["error"]["code"], -32601);
     assert_eq!(answer(&said, 101)["result"], Value::Null);
 }
+
+#[test]
+fn who_is_no_editor_is_told() {
+    let mut server = command(&["lsp"]);
+    server.stdin(Stdio::null());
+    let output = server.output().expect("it ends");
+    assert!(!output.status.success());
+    mentions(
+        &String::from_utf8_lossy(&output.stderr),
+        &["started by an editor"],
+    );
+}
