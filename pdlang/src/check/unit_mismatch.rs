@@ -43,6 +43,12 @@ mod tests {
     }
 
     #[test]
+    fn the_value_of_a_function_is_where_it_is_called() {
+        refuse("let c = 1 - K_d(K, K)", "PD012", "K_d(K, K)");
+        refuse("let c = K_d(K, K) - 1", "PD012", "1");
+    }
+
+    #[test]
     fn zero_and_infinity_fit_all() {
         accept("bond b = max(0, e) + 0 bond c = min(e, inf) break when e > 0");
         refuse("bond b = e + 0 s", "PD012", "0 s");

@@ -133,7 +133,13 @@ impl Elaborator<'_> {
             prelude,
             call: Some(span),
         };
-        self.inside(scope, name.span, |law| law.elaborate(&function.body))
+        let before = self.exprs.len();
+        let value = self.inside(scope, name.span, |law| law.elaborate(&function.body))?;
+        // What is said of the value is said of the call; an argument that came through stands where it was written.
+        if value.index() >= before {
+            self.exprs[value.index()].span = span;
+        }
+        Some(value)
     }
 
     pub(super) fn unknown_function(&mut self, name: &ast::Name) -> Option<ExprId> {
