@@ -3,7 +3,8 @@
 //!
 //! Contract. The formulas are expressions of the language. [`definitions`] writes them back as text, which the tests compare with
 //! the force and the tangent that the compiler derives from the lowered law: two derivations that share nothing. A law with a
-//! function whose slope is not known here has no formulas, and its page says so.
+//! function whose slope is not known here has no formulas, and its page says so. Whatever a law calls its own, the names of the
+//! formulas are others, and what it hides of the prelude is written out.
 
 mod algebra;
 mod changes;
@@ -49,15 +50,6 @@ pub(super) enum Meaning {
     Pair(Bonds),
 }
 
-/// Why a law has no formulas.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) enum Missing {
-    /// A slope is not known here.
-    Slope,
-    /// The law calls something else as the formulas call what they need.
-    Name(String),
-}
-
 /// A formula with a name.
 #[derive(Clone, Debug)]
 struct Line {
@@ -87,39 +79,37 @@ pub(super) struct Derived {
     pub tangent: Vec<Formula>,
     /// The change of the force density of a node.
     pub change: Expr,
+    /// The name of the change of the relative displacement.
+    pub small: String,
 }
 
 impl Derived {
     /// What the names of the formulas stand for.
     pub(super) fn meanings(&self) -> Vec<(String, Meaning, Shape)> {
-        let eta = ("d_eta".into(), Meaning::Change("eta".into()), Shape::Vector);
+        let change = Meaning::Change("eta".into());
+        let eta = (self.small.clone(), change, Shape::Vector);
         let all = self.force.iter().chain(&self.tangent);
         let all = all.map(|f| (f.name.clone(), f.meaning.clone(), f.shape));
         std::iter::once(eta).chain(all).collect()
     }
 }
 
-/// Bond quantities of the prelude that slopes and changes are made of.
-const NEEDED: [&str; 5] = ["x", "y", "e", "M", "Y"];
-
-/// The force and the tangent of a law that has forces.
-pub(super) fn of(law: &Law, model: &Model, source: &Source) -> Result<Derived, Missing> {
-    let scope = Scope::new(law, model, source);
-    let hidden = NEEDED.into_iter().find(|name| !scope.is_prelude(name));
-    if let Some(name) = hidden {
-        return Err(Missing::Name(name.into()));
-    }
-    let derived = derived(&scope, model).ok_or(Missing::Slope)?;
-    let names = derived.meanings().into_iter().map(|(name, ..)| name);
-    match names.into_iter().find(|name| scope.is_taken(name)) {
-        Some(name) => Err(Missing::Name(name)),
-        None => Ok(derived),
-    }
-}
-
-fn derived(scope: &Scope, model: &Model) -> Option<Derived> {
+/// The force and the tangent of a law that has forces; `None` where a slope is not known here.
+pub(super) fn of(law: &Law, model: &Model, source: &Source) -> Option<Derived> {
+    let scope = &Scope::new(law, model, source);
     let mut named: Vec<Line> = vec![];
     let mut last: Vec<(Bonds, Line)> = vec![];
+    let mut add = |meaning: Meaning, value: Sum| {
+        let (Meaning::State(bonds) | Meaning::Pair(bonds)) = &meaning else {
+            return None;
+        };
+        // The energy and the law itself may both give forces of the same bonds.
+        match last.iter_mut().find(|(_, line)| line.meaning == meaning) {
+            Some((_, line)) => line.value = line.value.plus(&value)?,
+            None => last.push((bonds.clone(), forces_of(scope, &meaning, bonds, value))),
+        }
+        Some(())
+    };
     for item in &model.items {
         let Item::Response(r) = item else { continue };
         let bonds = Bonds {
@@ -132,7 +122,7 @@ fn derived(scope: &Scope, model: &Model) -> Option<Derived> {
                 named.extend(slopes.lines);
                 for state in slopes.states {
                     let value = along(scope, &state.along)?.plus(&state.vector)?;
-                    last.push((state.bonds.clone(), state_of(state.bonds, value)));
+                    add(Meaning::State(state.bonds), value)?;
                 }
             }
             ResponseKind::State => {
@@ -141,24 +131,20 @@ fn derived(scope: &Scope, model: &Model) -> Option<Derived> {
                     Shape::Vector => value,
                     _ => along(scope, &value)?,
                 };
-                last.push((bonds.clone(), state_of(bonds, value)));
+                add(Meaning::State(bonds), value)?;
             }
             ResponseKind::Pair => {
-                let line = Line {
-                    meaning: Meaning::Pair(bonds.clone()),
-                    name: format!("T_pair{}", bonds.mark()),
-                    ..state_of(bonds.clone(), along(scope, &scope.read(&r.expr)?)?)
-                };
-                last.push((bonds, line));
+                let value = along(scope, &scope.read(&r.expr)?)?;
+                add(Meaning::Pair(bonds), value)?;
             }
             // The force of a node is there already.
             ResponseKind::Force => return None,
             ResponseKind::Rate => {}
         }
     }
-    let total = |prefix: &str| {
+    let total = |called: &dyn Fn(&str) -> String| {
         let all = last.iter().map(|(bonds, line)| {
-            let t = written::name(&format!("{prefix}{}", line.name));
+            let t = written::name(&called(&line.name));
             let felt = match line.meaning {
                 // A pair acts at both ends by their own sums.
                 Meaning::Pair(_) => t,
@@ -168,25 +154,31 @@ fn derived(scope: &Scope, model: &Model) -> Option<Derived> {
         });
         all.reduce(|a, b| binary(BinaryOp::Add, a, b))
     };
-    let (total, change) = (total("")?, total("d_")?);
+    let change = total(&|name| scope.change(name))?;
+    let total = total(&str::to_string)?;
     let last: Vec<Line> = last.into_iter().map(|(_, line)| line).collect();
     let tangent = Changes::of(&scope.with(&named), &named, &last)?;
     Some(Derived {
         total,
         change,
+        small: scope.change("eta"),
         force: named.iter().chain(&last).map(shown).collect(),
         tangent: tangent.iter().map(shown).collect(),
     })
 }
 
 fn along(scope: &Scope, value: &Sum) -> Option<Sum> {
-    value.times(&scope.bond("M", Shape::Vector))
+    value.times(&scope.bond("M")?)
 }
 
-fn state_of(bonds: Bonds, value: Sum) -> Line {
+fn forces_of(scope: &Scope, meaning: &Meaning, bonds: &Bonds, value: Sum) -> Line {
+    let word = match meaning {
+        Meaning::Pair(_) => "T_pair",
+        _ => "T_state",
+    };
     Line {
-        name: format!("T_state{}", bonds.mark()),
-        meaning: Meaning::State(bonds),
+        name: scope.called(meaning, format!("{word}{}", bonds.mark())),
+        meaning: meaning.clone(),
         home: Home::Bond,
         shape: Shape::Vector,
         value,
@@ -215,12 +207,15 @@ pub const DIRECTION: &str = "w_field";
 pub fn definitions(text: &str, tangent: bool) -> Option<Vec<String>> {
     let source = crate::front::source(text, "", &mut crate::files::nowhere);
     let (law, model) = (source.checked.laws.first()?, source.models.first()?);
-    let derived = of(law, model, &source).ok()?;
+    let derived = of(law, model, &source)?;
     let mut lines = vec![];
     let mut formulas: Vec<&Formula> = derived.force.iter().collect();
     if tangent {
         lines.push(format!("field {DIRECTION} : vector length \"direction\""));
-        lines.push(format!("bond d_eta : vector = {DIRECTION}' - {DIRECTION}"));
+        let small = &derived.small;
+        lines.push(format!(
+            "bond {small} : vector = {DIRECTION}' - {DIRECTION}"
+        ));
         formulas.extend(&derived.tangent);
     }
     for f in formulas {

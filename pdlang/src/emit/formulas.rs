@@ -1,18 +1,13 @@
 //! The parts of a law's page that nobody wrote: its force and its tangent.
 
-use super::derived::{Derived, Formula, Missing};
+use super::derived::{Derived, Formula};
 use super::latex::Notation;
 use super::render::Part;
 use crate::ast::{Item, Model, ResponseKind};
 
-pub(super) fn parts(
-    derived: Result<&Derived, &Missing>,
-    model: &Model,
-    notation: &Notation,
-) -> Vec<Part> {
-    let derived = match derived {
-        Ok(derived) => derived,
-        Err(why) => return without(why, model),
+pub(super) fn parts(derived: Option<&Derived>, model: &Model, notation: &Notation) -> Vec<Part> {
+    let Some(derived) = derived else {
+        return without(model);
     };
     let energy = model
         .items
@@ -38,7 +33,7 @@ pub(super) fn parts(
     parts.push(heading("The tangent"));
     let eta = notation.name("eta");
     let small = match notation.plain {
-        true => "d_eta".to_string(),
+        true => derived.small.clone(),
         false => format!("\\mathrm{{d}}{eta}"),
     };
     parts.push(Part::Text(format!(
@@ -50,24 +45,15 @@ pub(super) fn parts(
 }
 
 /// A force that the law writes itself stands among its definitions; a law of fields has none.
-fn without(why: &Missing, model: &Model) -> Vec<Part> {
+fn without(model: &Model) -> Vec<Part> {
     let given = |item: &Item| matches!(item, Item::Response(r) if r.kind == ResponseKind::Force);
     let rates = |item: &Item| matches!(item, Item::Response(r) if r.kind != ResponseKind::Rate);
     if model.items.iter().any(given) || !model.items.iter().any(rates) {
         return vec![];
     }
-    let why = match why {
-        Missing::Slope => "a function whose slope has no formula on this page keeps them".into(),
-        Missing::Name(name) => {
-            format!(
-                "the name `{name}`, which the formulas need for a quantity of their own, keeps them"
-            )
-        }
-    };
-    let words = format!(
-        "The compiler derives both; {why} from standing here. `pdlang emit --stage passes` shows them as they are computed."
-    );
-    vec![heading("Force and tangent"), Part::Text(words)]
+    let words = "The compiler derives both; a function whose slope has no formula on this page keeps them from standing here. \
+                 `pdlang emit --stage passes` shows them as they are computed.";
+    vec![heading("Force and tangent"), Part::Text(words.into())]
 }
 
 fn heading(words: &str) -> Part {

@@ -107,28 +107,26 @@ impl Notation<'_> {
             "inf" => return "\\infty".into(),
             _ => {}
         }
-        let primitive = matches!(name, "xi" | "eta" | "X" | "I" | "Y" | "M");
-        let of_law = |shape: Shape| !matches!(shape, Shape::Scalar | Shape::Boolean);
-        let found = self
-            .law
-            .defs
-            .iter()
-            .find(|def| def.name == name)
-            .map(|def| def.shape);
-        let field = self
-            .law
-            .fields
-            .iter()
-            .find(|f| f.name == name)
-            .map(|f| f.shape);
-        let history = self
-            .law
-            .histories
-            .iter()
-            .find(|h| h.name == name)
-            .map(|h| h.shape);
-        let bold = found.or(field).or(history).map_or(primitive, of_law);
-        symbols::name(name, bold)
+        symbols::name(name, self.is_bold(name))
+    }
+
+    /// Whether it is a vector or a tensor.
+    fn is_bold(&self, name: &str) -> bool {
+        let law = self.law;
+        // Of the prelude comes what the law has no name for.
+        let defs = law.defs.iter().filter(|def| def.name == name);
+        let def = defs.min_by_key(|def| def.span.prelude).map(|d| d.shape);
+        let field = law.fields.iter().find(|f| f.name == name);
+        let history = law.histories.iter().find(|h| h.name == name);
+        let own = field.map(|f| f.shape).or(history.map(|h| h.shape));
+        let scalar = law.params.iter().any(|p| p.name == name)
+            || law.influences.iter().any(|i| i.name == name)
+            || law.weights.iter().any(|w| w.name == name);
+        match own.or(def) {
+            _ if scalar => false,
+            Some(shape) => !matches!(shape, Shape::Scalar | Shape::Boolean),
+            None => matches!(name, "xi" | "eta" | "X" | "I" | "Y" | "M"),
+        }
     }
 
     fn tight(&self, e: &Expr) -> (String, Tight) {

@@ -21,7 +21,7 @@ pub(super) fn parts(
     let notation = Notation {
         law,
         plain: form == Form::Terminal,
-        meanings: derived.as_ref().map_or_else(|_| vec![], |d| d.meanings()),
+        meanings: derived.as_ref().map_or_else(Vec::new, |d| d.meanings()),
     };
     let mut parts: Vec<Part> = vec![Part::Text(format!("`{}`", law.name))];
     parts.extend(law.cites.iter().map(|cite| Part::Text(said(cite))));
@@ -374,17 +374,30 @@ fn functions(model: &Model, source: &Source, notation: &Notation) -> Vec<Part> {
             walk::called(&f.body, &mut open);
             let args: Vec<String> = f.params.iter().map(|p| notation.bare(&p.text)).collect();
             let left = format!("{}({})", notation.bare(&name), args.join(", "));
-            found.push((name, format!("{left} = {}", notation.expr(&f.body))));
+            let formula = format!("{left} = {}", notation.expr(&f.body));
+            found.push((name, String::new(), formula));
         } else if let Some(d) = source.library.definition(&name, false) {
             walk::called(&d.expr, &mut open);
-            found.push((
-                name.clone(),
-                format!("{} = {}", notation.name(&name), notation.expr(&d.expr)),
-            ));
+            let mut hidden = vec![];
+            if !source.library.own.definitions.contains_key(&name) {
+                walk::mentioned(&d.expr, &mut hidden);
+            }
+            hidden.retain(|n| own.contains(n.as_str()));
+            let names: Vec<String> = hidden.iter().map(|n| format!("`{n}`")).collect();
+            // The prelude sees nothing but the prelude.
+            let words = match names.is_empty() {
+                true => String::new(),
+                false => format!(
+                    "With the library's {}, not that of the law:",
+                    names.join(" and ")
+                ),
+            };
+            let formula = format!("{} = {}", notation.name(&name), notation.expr(&d.expr));
+            found.push((name, words, formula));
         }
     }
     found.sort();
-    let line = |(_, formula): (String, String)| Part::Equation(String::new(), formula);
+    let line = |(_, words, formula): (String, String, String)| Part::Equation(words, formula);
     let heading = (!found.is_empty()).then(|| Part::Heading("From the library".into()));
     heading
         .into_iter()

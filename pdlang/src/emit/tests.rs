@@ -146,3 +146,33 @@ fn powers_of_determinants_are_collected_or_refused() {
     assert!(passes("det(F)^2").is_ok());
     assert_eq!(passes("tr(inverse(transpose(F)*F))"), Err("PD090"));
 }
+
+/// A law that calls its own what formulas call theirs has formulas: of other names, and with what it hides written out.
+#[test]
+fn formulas_have_names_that_the_law_does_not_have() {
+    let page = |items: &str, stage| {
+        let law = format!("model m \"Names\" cite \"Nobody, eq. 1\" {{ {items} }}");
+        emit(&law, stage, None).unwrap()
+    };
+    let taken = "param d_e : pressure > 0 \"modulus\" node T_state = sum(s)/ball(1) energy W = d_e*T_state^2";
+    let text = page(taken, Stage::Terminal);
+    for part in [
+        "T_state_ = 2*d_e*T_state/(ball(1)*x)*M",
+        "d_e_ = dot(M, d_eta)",
+        "d_T_state_ =",
+    ] {
+        assert!(text.contains(part), "{part}\n{text}");
+    }
+    let hidden = "param M : pressure > 0 \"modulus\" node e = sum(s)/ball(1) energy W = M*e^2";
+    let text = page(hidden, Stage::Terminal);
+    for part in [
+        "T_state = 2*M*e/(ball(1)*x*y)*Y",
+        "With the library's e, not that of the law:",
+    ] {
+        assert!(text.contains(part), "{part}\n{text}");
+    }
+    // A parameter is no vector, whatever the prelude calls so.
+    let latex = page(hidden, Stage::Latex);
+    assert!(latex.contains("2\\,M\\,e"), "{latex}");
+    assert!(!latex.contains("\\mathbf{M}"), "{latex}");
+}

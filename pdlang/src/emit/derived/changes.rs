@@ -16,11 +16,6 @@ pub(super) struct Changes<'s, 'a> {
     needed: Vec<String>,
 }
 
-/// The name of the change of a quantity.
-fn change(name: &str) -> String {
-    format!("d_{name}")
-}
-
 impl<'s, 'a> Changes<'s, 'a> {
     /// The change of `last`, and before it that of everything that it needs. `scope` knows which of `named` move.
     pub(super) fn of(scope: &'s Scope<'a>, named: &[Line], last: &[Line]) -> Option<Vec<Line>> {
@@ -60,7 +55,7 @@ impl<'s, 'a> Changes<'s, 'a> {
     fn line(&mut self, line: &Line) -> Option<Line> {
         Some(Line {
             meaning: Meaning::Change(line.name.clone()),
-            name: change(&line.name),
+            name: self.scope.change(&line.name),
             value: self.sum(&line.value)?,
             ..line.clone()
         })
@@ -74,28 +69,27 @@ impl<'s, 'a> Changes<'s, 'a> {
         }
         let of_bond = |shape, value| Line {
             meaning: Meaning::Change(name.into()),
-            name: change(name),
+            name: scope.change(name),
             home: Home::Bond,
             shape,
             value,
         };
-        let eta = scope.bond("d_eta", Shape::Vector);
-        let (m, y) = (
-            scope.bond("M", Shape::Vector),
-            scope.bond("y", Shape::Scalar),
-        );
         match name {
-            "e" if scope.is_prelude("e") => Some(of_bond(Shape::Scalar, dot(&m, &eta)?)),
+            "e" if scope.is_prelude("e") => {
+                let value = dot(&scope.bond("M")?, &self.small())?;
+                Some(of_bond(Shape::Scalar, value))
+            }
             "M" if scope.is_prelude("M") => {
-                let along = self.need("e", Shape::Scalar, Home::Bond).times(&m)?;
-                Some(of_bond(Shape::Vector, eta.minus(&along)?.over(&y)?))
+                let along = self.extension()?.times(&scope.bond("M")?)?;
+                let across = self.small().minus(&along)?;
+                Some(of_bond(Shape::Vector, across.over(&scope.bond("y")?)?))
             }
             _ => {
                 let def = scope.def(name)?;
-                let value = scope.read(&scope.written(name)?.expr)?;
+                let value = scope.value(name)?;
                 Some(Line {
                     meaning: Meaning::Change(name.into()),
-                    name: change(name),
+                    name: scope.change(name),
                     home: def.home,
                     shape: def.shape,
                     value: self.sum(&value)?,
@@ -108,7 +102,20 @@ impl<'s, 'a> Changes<'s, 'a> {
         if !self.needed.iter().any(|n| n == name) {
             self.needed.push(name.into());
         }
-        Atom::name(&change(name), shape, home).sum()
+        Atom::name(&self.scope.change(name), shape, home).sum()
+    }
+
+    /// The change of the relative displacement.
+    fn small(&self) -> Sum {
+        Atom::name(&self.scope.change("eta"), Shape::Vector, Home::Bond).sum()
+    }
+
+    /// The change of the extension.
+    fn extension(&mut self) -> Option<Sum> {
+        match self.scope.is_prelude("e") {
+            true => Some(self.need("e", Shape::Scalar, Home::Bond)),
+            false => dot(&self.scope.bond("M")?, &self.small()),
+        }
     }
 
     fn sum(&mut self, value: &Sum) -> Option<Sum> {
@@ -158,17 +165,15 @@ impl<'s, 'a> Changes<'s, 'a> {
             return Some(self.need(name, atom.shape, atom.home));
         }
         if scope.is_prelude(name) {
-            let extension = |own: &mut Self| own.need("e", Shape::Scalar, Home::Bond);
             match name {
-                "eta" | "Y" => return Some(scope.bond("d_eta", Shape::Vector)),
-                "e" | "y" => return Some(extension(self)),
-                "s" => return extension(self).over(&scope.bond("x", Shape::Scalar)),
+                "eta" | "Y" => return Some(self.small()),
+                "e" | "y" => return self.extension(),
+                "s" => return self.extension()?.over(&scope.bond("x")?),
                 "M" => return Some(self.need("M", Shape::Vector, Home::Bond)),
                 _ => {}
             }
         }
-        let value = scope.read(&scope.written(name)?.expr)?;
-        self.sum(&value)
+        self.sum(&scope.value(name)?)
     }
 
     fn call(&mut self, name: &str, family: Option<&str>, args: &[Sum], atom: &Atom) -> Option<Sum> {

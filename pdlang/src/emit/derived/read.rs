@@ -1,14 +1,16 @@
 //! Written expressions as sums of products, and what a law's names are.
 
-use super::Line;
 use super::algebra::{Atom, Kind, Product, Sum, dot, is_scalar, outer, summed};
+use super::{Line, Meaning};
 use crate::ast::{self, Argument, Expr, ExprKind, Item};
 use crate::front::Source;
 use crate::ir::{BinaryOp, Def, Home, Law, Shape};
 use crate::ratio::Ratio;
 use crate::resolve::declare::declared;
 use crate::resolve::{names, walk};
+use std::cell::RefCell;
 use std::collections::{HashMap, HashSet};
+use std::rc::Rc;
 
 /// Bond quantities of the prelude that are the same from both ends, and those that change their sign.
 const EVEN: [&str; 4] = ["x", "y", "e", "s"];
@@ -23,6 +25,8 @@ pub(super) struct Scope<'a> {
     defs: HashMap<&'a str, &'a Def>,
     /// Definitions that follow the deformation.
     moving: HashSet<String>,
+    /// Results of the derivation by what they mean: one name each.
+    called: Rc<RefCell<Vec<(Meaning, String)>>>,
 }
 
 /// Arguments of a function that is read in place.
@@ -41,9 +45,12 @@ impl<'a> Scope<'a> {
             law,
             source,
             declared: model.items.iter().filter_map(name).collect(),
-            defs: law.defs.iter().map(|d| (d.name.as_str(), d)).collect(),
+            defs: HashMap::new(),
             moving: HashSet::new(),
+            called: Rc::default(),
         };
+        let seen = law.defs.iter().filter(|def| scope.sees(def));
+        scope.defs = seen.map(|def| (def.name.as_str(), def)).collect();
         // In dependency order.
         for def in &law.defs {
             if scope
@@ -70,7 +77,14 @@ impl<'a> Scope<'a> {
     /// Definitions of the law and of its file, in dependency order.
     pub(super) fn own(&self) -> impl DoubleEndedIterator<Item = &'a Def> + '_ {
         let defs = &self.law.defs;
-        defs.iter().filter(|def| self.is_own(&def.name))
+        defs.iter()
+            .filter(|def| self.is_own(&def.name) && self.sees(def))
+    }
+
+    /// Whether a definition is not one of the prelude that the law hides: others of the prelude are made of it.
+    fn sees(&self, def: &Def) -> bool {
+        let prelude = self.source.library.definition(&def.name, true);
+        self.is_prelude(&def.name) || prelude.is_none_or(|hidden| hidden.name.span != def.span)
     }
 
     pub(super) fn def(&self, name: &str) -> Option<&'a Def> {
@@ -84,9 +98,26 @@ impl<'a> Scope<'a> {
         }
     }
 
-    /// Whether the law calls something so, or what its definitions are made of.
-    pub(super) fn is_taken(&self, name: &str) -> bool {
-        self.declared.contains_key(name) || self.defs.contains_key(name)
+    /// The name of a result: the one that is wanted, with underscores where something else is called so.
+    pub(super) fn called(&self, meaning: &Meaning, wanted: String) -> String {
+        let mut called = self.called.borrow_mut();
+        if let Some((_, name)) = called.iter().find(|(known, _)| known == meaning) {
+            return name.clone();
+        }
+        let mut name = wanted;
+        while self.declared.contains_key(name.as_str())
+            || self.defs.contains_key(name.as_str())
+            || called.iter().any(|(_, known)| *known == name)
+        {
+            name.push('_');
+        }
+        called.push((meaning.clone(), name.clone()));
+        name
+    }
+
+    /// The name of the change of a quantity.
+    pub(super) fn change(&self, of: &str) -> String {
+        self.called(&Meaning::Change(of.into()), format!("d_{of}"))
     }
 
     pub(super) fn written(&self, name: &str) -> Option<&'a ast::Definition> {
@@ -161,9 +192,41 @@ impl<'a> Scope<'a> {
         param.then(|| Atom::name(name, Shape::Scalar, Home::Constant))
     }
 
-    /// A prelude quantity of the bond that other quantities are made of, although the law does not name it.
-    pub(super) fn bond(&self, name: &str, shape: Shape) -> Sum {
-        Atom::name(name, shape, Home::Bond).sum()
+    /// A prelude quantity of the bond that other quantities are made of, although the law does not name it; written out where
+    /// the law calls something else so.
+    pub(super) fn bond(&self, name: &str) -> Option<Sum> {
+        let shape = match name {
+            "M" | "Y" => Shape::Vector,
+            _ => Shape::Scalar,
+        };
+        match self.is_prelude(name) {
+            true => Some(Atom::name(name, shape, Home::Bond).sum()),
+            false => self.prelude(name),
+        }
+    }
+
+    /// What a definition is made of.
+    pub(super) fn value(&self, name: &str) -> Option<Sum> {
+        match self.is_prelude(name) {
+            true => self.prelude(name),
+            false => self.read(&self.written(name)?.expr),
+        }
+    }
+
+    /// The same for one of the prelude, which sees nothing but the prelude.
+    fn prelude(&self, name: &str) -> Option<Sum> {
+        let library = &self.source.library;
+        let written = library.definition(name, true)?;
+        let mut hidden = Arguments::new();
+        let mut mentioned = vec![];
+        walk::mentioned(&written.expr, &mut mentioned);
+        for name in mentioned {
+            if !self.is_prelude(&name) && library.definition(&name, true).is_some() {
+                let value = self.prelude(&name)?;
+                hidden.insert(name, value);
+            }
+        }
+        self.read_in(&written.expr, &hidden)
     }
 
     pub(super) fn read(&self, e: &Expr) -> Option<Sum> {
@@ -182,7 +245,7 @@ impl<'a> Scope<'a> {
                 Some(given) => Some(given.clone()),
                 None => match self.atom(name) {
                     Some(atom) => Some(atom.sum()),
-                    None => read(&self.written(name)?.expr),
+                    None => self.value(name),
                 },
             },
             ExprKind::Neg(a) => read(a)?.scaled(Ratio::int(-1)),

@@ -50,7 +50,7 @@ impl<'s, 'a> Slopes<'s, 'a> {
             while let Some(k) = slopes.found.iter().position(|(n, ..)| *n == def.name) {
                 let (name, place, slope) = slopes.found.remove(k);
                 let slope = slopes.named(&name, &place, slope)?;
-                let value = scope.read(&scope.written(&name)?.expr)?;
+                let value = scope.value(&name)?;
                 slopes.back(&value, &slope, &place)?;
             }
         }
@@ -76,9 +76,11 @@ impl<'s, 'a> Slopes<'s, 'a> {
             Place::Node => None,
         };
         let mark = bonds.as_ref().map_or_else(String::new, Bonds::mark);
+        let meaning = Meaning::Slope(self.energy.clone(), of.into(), bonds);
         let name = format!("d{}_d{of}{mark}", self.energy);
+        let name = self.scope.called(&meaning, name);
         self.lines.push(Line {
-            meaning: Meaning::Slope(self.energy.clone(), of.into(), bonds),
+            meaning,
             name: name.clone(),
             home: def.home,
             shape: def.shape,
@@ -100,7 +102,7 @@ impl<'s, 'a> Slopes<'s, 'a> {
             Kind::Name(name) if scope.is_own(name) && scope.is_moving(name) => {
                 let def = scope.def(name)?;
                 let opens = def.home == Home::Node && def.shape == Shape::Symmetric;
-                opens.then(|| scope.read(&scope.written(name)?.expr))?
+                opens.then(|| scope.value(name))?
             }
             _ => None,
         };
@@ -204,7 +206,6 @@ impl<'s, 'a> Slopes<'s, 'a> {
 
     fn back_name(&mut self, name: &str, by: &Sum, place: &Place) -> Option<()> {
         let scope = self.scope;
-        let bond = |n: &str, shape| scope.bond(n, shape);
         if scope.is_own(name) {
             let def = scope.def(name)?;
             return match (def.home, place) {
@@ -219,26 +220,20 @@ impl<'s, 'a> Slopes<'s, 'a> {
             return None;
         };
         if !scope.is_prelude(name) {
-            let value = scope.read(&scope.written(name)?.expr)?;
-            return self.back(&value, by, place);
+            return self.back(&scope.value(name)?, by, place);
         }
-        let x = || bond("x", Shape::Scalar);
-        let y = || bond("y", Shape::Scalar);
-        let direction = || bond("M", Shape::Vector);
         let state = self.state(&bonds);
         match name {
             "e" | "y" => state.along = state.along.plus(by)?,
-            "s" => state.along = state.along.plus(&by.over(&x())?)?,
+            "s" => state.along = state.along.plus(&by.over(&scope.bond("x")?)?)?,
             "Y" | "eta" => state.vector = state.vector.plus(by)?,
             "M" => {
-                state.vector = state.vector.plus(&by.over(&y())?)?;
-                let less = dot(&direction(), by)?.over(&y())?;
+                let y = scope.bond("y")?;
+                state.vector = state.vector.plus(&by.over(&y)?)?;
+                let less = dot(&scope.bond("M")?, by)?.over(&y)?;
                 state.along = state.along.minus(&less)?;
             }
-            _ => {
-                let value = scope.read(&scope.written(name)?.expr)?;
-                return self.back(&value, by, place);
-            }
+            _ => return self.back(&scope.value(name)?, by, place),
         }
         Some(())
     }
