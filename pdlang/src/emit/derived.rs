@@ -3,13 +3,14 @@
 //!
 //! Contract. The formulas are expressions of the language. [`definitions`] writes them back as text, which the tests compare with
 //! the force and the tangent that the compiler derives from the lowered law: two derivations that share nothing. A law with a
-//! function whose slope is not known here has no formulas, and its page says so. Whatever a law calls its own, the names of the
+//! function whose slope is not known here has no formulas, nor has one whose formulas fill pages, and its page says so. Whatever a law calls its own, the names of the
 //! formulas are others, and what it hides of the prelude is written out.
 
 mod algebra;
 mod changes;
 mod factors;
 mod read;
+mod size;
 mod slopes;
 mod written;
 
@@ -50,6 +51,15 @@ pub(super) enum Meaning {
     Pair(Bonds),
 }
 
+/// Why there are no formulas.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Missing {
+    /// A slope is not known here.
+    Slope,
+    /// One of them is too long to be of use.
+    Length,
+}
+
 /// A formula with a name.
 #[derive(Clone, Debug)]
 struct Line {
@@ -76,9 +86,8 @@ pub(super) struct Derived {
     pub force: Vec<Formula>,
     /// The force density of a node.
     pub total: Expr,
-    pub tangent: Vec<Formula>,
-    /// The change of the force density of a node.
-    pub change: Expr,
+    /// Changes of quantities, and that of the force density of a node.
+    pub tangent: Result<(Vec<Formula>, Expr), Missing>,
     /// The name of the change of the relative displacement.
     pub small: String,
 }
@@ -88,15 +97,38 @@ impl Derived {
     pub(super) fn meanings(&self) -> Vec<(String, Meaning, Shape)> {
         let change = Meaning::Change("eta".into());
         let eta = (self.small.clone(), change, Shape::Vector);
-        let all = self.force.iter().chain(&self.tangent);
+        let tangent = self.tangent.iter().flat_map(|(lines, _)| lines);
+        let all = self.force.iter().chain(tangent);
         let all = all.map(|f| (f.name.clone(), f.meaning.clone(), f.shape));
         std::iter::once(eta).chain(all).collect()
     }
 }
 
-/// The force and the tangent of a law that has forces; `None` where a slope is not known here.
-pub(super) fn of(law: &Law, model: &Model, source: &Source) -> Option<Derived> {
+/// The force and the tangent of a law that has forces.
+pub(super) fn of(law: &Law, model: &Model, source: &Source) -> Result<Derived, Missing> {
     let scope = &Scope::new(law, model, source);
+    let forces = forces(scope, model).ok_or(Missing::Slope)?;
+    let force = shown(forces.lines())?;
+    let total = forces.total(str::to_string).ok_or(Missing::Slope)?;
+    let tangent = forces.tangent(scope).ok_or(Missing::Slope);
+    let tangent = tangent.and_then(|(lines, change)| Ok((shown(lines.iter())?, change)));
+    Ok(Derived {
+        force,
+        total,
+        tangent,
+        small: scope.change("eta"),
+    })
+}
+
+/// The forces of a law, bond by bond.
+struct Forces {
+    /// Slopes of the energy that have names.
+    named: Vec<Line>,
+    /// What acts on which bonds.
+    last: Vec<(Bonds, Line)>,
+}
+
+fn forces(scope: &Scope, model: &Model) -> Option<Forces> {
     let mut named: Vec<Line> = vec![];
     let mut last: Vec<(Bonds, Line)> = vec![];
     let mut add = |meaning: Meaning, value: Sum| {
@@ -142,8 +174,13 @@ pub(super) fn of(law: &Law, model: &Model, source: &Source) -> Option<Derived> {
             ResponseKind::Rate => {}
         }
     }
-    let total = |called: &dyn Fn(&str) -> String| {
-        let all = last.iter().map(|(bonds, line)| {
+    Some(Forces { named, last })
+}
+
+impl Forces {
+    /// The force density of a node, made of forces with these names.
+    fn total(&self, called: impl Fn(&str) -> String) -> Option<Expr> {
+        let all = self.last.iter().map(|(bonds, line)| {
             let t = written::name(&called(&line.name));
             let felt = match line.meaning {
                 // A pair acts at both ends by their own sums.
@@ -153,18 +190,20 @@ pub(super) fn of(law: &Law, model: &Model, source: &Source) -> Option<Derived> {
             written::call(&bonds.word, bonds.family.as_deref(), vec![felt])
         });
         all.reduce(|a, b| binary(BinaryOp::Add, a, b))
-    };
-    let change = total(&|name| scope.change(name))?;
-    let total = total(&str::to_string)?;
-    let last: Vec<Line> = last.into_iter().map(|(_, line)| line).collect();
-    let tangent = Changes::of(&scope.with(&named), &named, &last)?;
-    Some(Derived {
-        total,
-        change,
-        small: scope.change("eta"),
-        force: named.iter().chain(&last).map(shown).collect(),
-        tangent: tangent.iter().map(shown).collect(),
-    })
+    }
+
+    fn lines(&self) -> impl Iterator<Item = &Line> {
+        let last = self.last.iter().map(|(_, line)| line);
+        self.named.iter().chain(last)
+    }
+
+    /// What a change of the displacements changes, and that of the force density of a node.
+    fn tangent(&self, scope: &Scope) -> Option<(Vec<Line>, Expr)> {
+        let last: Vec<Line> = self.last.iter().map(|(_, line)| line.clone()).collect();
+        let change = self.total(|name| scope.change(name))?;
+        let lines = Changes::of(&scope.with(&self.named), &self.named, &last)?;
+        Some((lines, change))
+    }
 }
 
 fn along(scope: &Scope, value: &Sum) -> Option<Sum> {
@@ -187,14 +226,20 @@ fn forces_of(scope: &Scope, meaning: &Meaning, bonds: &Bonds, value: Sum) -> Lin
 
 use written::binary;
 
-fn shown(line: &Line) -> Formula {
-    Formula {
-        name: line.name.clone(),
-        meaning: line.meaning.clone(),
-        home: line.home,
-        shape: line.shape,
-        value: written::sum(&line.value),
-    }
+/// Formulas as they are shown, if all of them are short enough.
+fn shown<'l>(lines: impl Iterator<Item = &'l Line>) -> Result<Vec<Formula>, Missing> {
+    let one = |line: &Line| {
+        let fits = size::factors(&line.value) <= size::MOST_FACTORS;
+        fits.then(|| Formula {
+            name: line.name.clone(),
+            meaning: line.meaning.clone(),
+            home: line.home,
+            shape: line.shape,
+            value: written::sum(&line.value),
+        })
+    };
+    let all: Option<_> = lines.map(one).collect();
+    all.ok_or(Missing::Length)
 }
 
 /// The direction of a change, as a field of displacements.
@@ -203,11 +248,12 @@ pub const DIRECTION: &str = "w_field";
 /// The formulas as definitions of the language, and the force of a node that they make: instead of the responses of the law that
 /// the text holds. With `tangent`, the force is its change for displacements that change by the field [`DIRECTION`].
 ///
-/// `None` where the law has no formulas.
+/// `None` where the law has no formulas, or where its page has none because they are too long.
 pub fn definitions(text: &str, tangent: bool) -> Option<Vec<String>> {
     let source = crate::front::source(text, "", &mut crate::files::nowhere);
     let (law, model) = (source.checked.laws.first()?, source.models.first()?);
-    let derived = of(law, model, &source)?;
+    let derived = of(law, model, &source).ok()?;
+    let (changes, change) = derived.tangent.clone().ok().unzip();
     let mut lines = vec![];
     let mut formulas: Vec<&Formula> = derived.force.iter().collect();
     if tangent {
@@ -216,7 +262,7 @@ pub fn definitions(text: &str, tangent: bool) -> Option<Vec<String>> {
         lines.push(format!(
             "bond {small} : vector = {DIRECTION}' - {DIRECTION}"
         ));
-        formulas.extend(&derived.tangent);
+        formulas.extend(changes.iter().flatten());
     }
     for f in formulas {
         let home = if f.home == Home::Bond { "bond" } else { "node" };
@@ -231,10 +277,9 @@ pub fn definitions(text: &str, tangent: bool) -> Option<Vec<String>> {
             super::plain::expr(&f.value)
         ));
     }
-    let total = if tangent {
-        &derived.change
-    } else {
-        &derived.total
+    let total = match tangent {
+        true => &change?,
+        false => &derived.total,
     };
     lines.push(format!(
         "force derived_force = {}",

@@ -1,13 +1,18 @@
 //! The parts of a law's page that nobody wrote: its force and its tangent.
 
-use super::derived::{Derived, Formula};
+use super::derived::{Derived, Formula, Missing};
 use super::latex::Notation;
 use super::render::Part;
 use crate::ast::{Item, Model, ResponseKind};
 
-pub(super) fn parts(derived: Option<&Derived>, model: &Model, notation: &Notation) -> Vec<Part> {
-    let Some(derived) = derived else {
-        return without(model);
+pub(super) fn parts(
+    derived: Result<&Derived, &Missing>,
+    model: &Model,
+    notation: &Notation,
+) -> Vec<Part> {
+    let derived = match derived {
+        Ok(derived) => derived,
+        Err(why) => return without(why, model),
     };
     let energy = model
         .items
@@ -31,6 +36,13 @@ pub(super) fn parts(derived: Option<&Derived>, model: &Model, notation: &Notatio
     };
     parts.push(equation_of(&force, &derived.total));
     parts.push(heading("The tangent"));
+    let (changes, whole) = match &derived.tangent {
+        Ok(tangent) => tangent,
+        Err(why) => {
+            parts.push(Part::Text(kept("it", *why)));
+            return parts;
+        }
+    };
     let eta = notation.name("eta");
     let small = match notation.plain {
         true => derived.small.clone(),
@@ -39,21 +51,31 @@ pub(super) fn parts(derived: Option<&Derived>, model: &Model, notation: &Notatio
     parts.push(Part::Text(format!(
         "What a small change ${small}$ of the relative displacements changes, fields and what is remembered held fast."
     )));
-    parts.extend(derived.tangent.iter().map(|f| equation(f, notation)));
-    parts.push(equation_of(&change, &derived.change));
+    parts.extend(changes.iter().map(|f| equation(f, notation)));
+    parts.push(equation_of(&change, whole));
     parts
 }
 
 /// A force that the law writes itself stands among its definitions; a law of fields has none.
-fn without(model: &Model) -> Vec<Part> {
+fn without(why: &Missing, model: &Model) -> Vec<Part> {
     let given = |item: &Item| matches!(item, Item::Response(r) if r.kind == ResponseKind::Force);
     let rates = |item: &Item| matches!(item, Item::Response(r) if r.kind != ResponseKind::Rate);
     if model.items.iter().any(given) || !model.items.iter().any(rates) {
         return vec![];
     }
-    let words = "The compiler derives both; a function whose slope has no formula on this page keeps them from standing here. \
-                 `pdlang emit --stage passes` shows them as they are computed.";
-    vec![heading("Force and tangent"), Part::Text(words.into())]
+    let words = kept("both", *why);
+    vec![heading("Force and tangent"), Part::Text(words)]
+}
+
+/// Why formulas of what the compiler derives are not shown.
+fn kept(what: &str, why: Missing) -> String {
+    let why = match why {
+        Missing::Slope => "a function whose slope has no formula on this page",
+        Missing::Length => "a length of pages",
+    };
+    format!(
+        "The compiler derives {what}; {why} keeps the formulas from standing here. `pdlang emit --stage passes` shows what is computed."
+    )
 }
 
 fn heading(words: &str) -> Part {

@@ -21,7 +21,7 @@ pub(super) fn parts(
     let notation = Notation {
         law,
         plain: form == Form::Terminal,
-        meanings: derived.as_ref().map_or_else(Vec::new, |d| d.meanings()),
+        meanings: derived.as_ref().map_or_else(|_| vec![], |d| d.meanings()),
     };
     let mut parts: Vec<Part> = vec![Part::Text(format!("`{}`", law.name))];
     parts.extend(law.cites.iter().map(|cite| Part::Text(said(cite))));

@@ -176,3 +176,37 @@ fn formulas_have_names_that_the_law_does_not_have() {
     assert!(latex.contains("2\\,M\\,e"), "{latex}");
     assert!(!latex.contains("\\mathbf{M}"), "{latex}");
 }
+
+/// The slope of a product of n sums is n products, and the tangent has n times as many: they stand on a page while a reader has use
+/// for them.
+#[test]
+fn formulas_that_fill_pages_are_left_out() {
+    let page = |n: usize, stage| {
+        let sums: Vec<String> = (1..=n)
+            .map(|k| format!("sum(x^{k}*s^2)/ball(x^{k})"))
+            .collect();
+        let law = format!(
+            "model m \"Product\" cite \"Nobody, eq. 1\" {{ param K : pressure > 0 \"modulus\" energy W = K*{} }}",
+            sums.join("*")
+        );
+        emit(&law, stage, None).unwrap_or_else(|e| panic!("{n}: {e:?}"))
+    };
+    for (n, force, tangent) in [
+        (1, true, true),
+        (4, true, true),
+        (5, true, false),
+        (10, true, false),
+        (14, false, false),
+        (30, false, false),
+    ] {
+        let (text, latex) = (page(n, Stage::Terminal), page(n, Stage::Latex));
+        let stands = (text.contains("T_state ="), text.contains("d_force ="));
+        assert_eq!(stands, (force, tangent), "{n}: {text}");
+        let said = text
+            .replace("\n  ", " ")
+            .contains("a length of pages keeps");
+        assert_eq!(said, !tangent, "{n}: {text}");
+        // Thirty had 3.5 million letters.
+        assert!(latex.len() < 20_000, "{n}: {}", latex.len());
+    }
+}

@@ -133,7 +133,7 @@ impl Product {
         }
     }
 
-    fn atoms(&self) -> impl Iterator<Item = &Atom> {
+    pub(super) fn atoms(&self) -> impl Iterator<Item = &Atom> {
         self.scalars.iter().map(|(a, _)| a).chain(&self.tensors)
     }
 
