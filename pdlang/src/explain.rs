@@ -236,41 +236,46 @@ pub fn text(spec: &Spec) -> String {
         text += &format!("  {}\n", cost(&w));
     }
     text += "\nwhat a scene takes away:\n";
-    for line in removes(spec) {
-        text += &format!("  {line}\n");
+    for (what, taken) in removes(spec) {
+        text += &format!("  {what}: {taken}\n");
     }
     text
 }
 
-/// What a scene takes away from this, in sentences.
-fn removes(spec: &Spec) -> Vec<String> {
+/// What a scene may say or be, and what that takes away from this.
+pub fn removes(spec: &Spec) -> Vec<(&'static str, &'static str)> {
     let works = works(spec);
     let any = |wanted: fn(&Work) -> bool| works.iter().any(wanted);
     let says = [
-        (true, "a lattice: what is kept of a bond, but its bit"),
+        (true, "a lattice", "what is kept of a bond, but its bit"),
         (
             any(|w| w.breaks),
-            "infinite limits: the test of every bond; and masks, as in families that are intact",
+            "infinite limits",
+            "the test of every bond; and masks, as in families that are intact",
         ),
         (
             any(|w| w.when.contains("energy")),
-            "no history, or steps that write none: the sweeps of the energy",
+            "no history, or steps that write none",
+            "the sweeps of the energy",
         ),
         (
             any(|w| w.when.contains("again")),
-            "no bond that breaks: the sweeps of families after the first",
+            "no bond that breaks",
+            "the sweeps of families after the first",
         ),
         (
-            !spec.linearised,
-            "`linearised = true`: roots and products of the deformed bond, where the law can",
+            !spec.linearised && !spec.force.is_empty(),
+            "`linearised = true`",
+            "roots and products of the deformed bond, where the law can",
         ),
         (
             true,
-            "a body at rest: chunks of nodes sleep until something reaches them",
+            "a body at rest",
+            "the work in chunks of nodes that sleep until something reaches them",
         ),
     ];
-    let true_ones = says.into_iter().filter(|(is, _)| *is);
-    true_ones.map(|(_, text)| text.to_string()).collect()
+    let true_ones = says.into_iter().filter(|(is, ..)| *is);
+    true_ones.map(|(_, what, taken)| (what, taken)).collect()
 }
 
 /// One sentence about a bond.

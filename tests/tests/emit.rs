@@ -179,6 +179,7 @@ fn forms_of_a_page_say_the_same() {
             "Related laws",
             &words(&entry.kernels_said()),
             "How it is computed",
+            "takes away",
             "Probes",
             "Its bonds",
             &words(&entry.law().unwrap().cites[0]),

@@ -2,7 +2,7 @@
 
 use super::render::Part;
 use crate::assemble::{self, Kinematics};
-use crate::explain::{Work, works};
+use crate::explain::{Work, removes, works};
 use crate::ir::Law;
 
 pub(super) fn parts(law: &Law) -> Vec<Part> {
@@ -33,6 +33,13 @@ pub(super) fn parts(law: &Law) -> Vec<Part> {
                 "kept",
             ],
             works.iter().map(row).collect(),
+        ),
+        Part::Table(
+            vec!["in a scene", "takes away"],
+            removes(&spec)
+                .iter()
+                .map(|(what, taken)| vec![what.to_string(), taken.to_string()])
+                .collect(),
         ),
     ];
     let linear = assemble::spec(law, dim, Kinematics::Linearised);

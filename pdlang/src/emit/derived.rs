@@ -3,8 +3,8 @@
 //!
 //! Contract. The formulas are expressions of the language. [`definitions`] writes them back as text, which the tests compare with
 //! the force and the tangent that the compiler derives from the lowered law: two derivations that share nothing. A law with a
-//! function whose slope is not known here has no formulas, nor has one whose formulas fill pages, and its page says so. Whatever a law calls its own, the names of the
-//! formulas are others, and what it hides of the prelude is written out.
+//! function whose slope is not known here has no formulas, nor has one whose formulas fill pages, and its page says so. Whatever
+//! a law calls its own, the names of the formulas are others, and what it hides of the prelude is written out.
 
 mod algebra;
 mod changes;
@@ -93,6 +93,12 @@ pub(super) struct Derived {
 }
 
 impl Derived {
+    /// What the formulas say.
+    pub(super) fn values(&self) -> impl Iterator<Item = &Expr> {
+        let tangent = self.tangent.iter().flat_map(|(lines, _)| lines);
+        self.force.iter().chain(tangent).map(|f| &f.value)
+    }
+
     /// What the names of the formulas stand for.
     pub(super) fn meanings(&self) -> Vec<(String, Meaning, Shape)> {
         let change = Meaning::Change("eta".into());

@@ -1,5 +1,6 @@
 //! The page of a law, generated from its text: what it says, in which notation, with which parameters.
 
+use super::derived::Derived;
 use super::latex::Notation;
 use super::render::{DOLLAR, Form, Part};
 use crate::ast::{self, Components, Item, Model, ProbeLine, ResponseKind, Setting};
@@ -42,7 +43,8 @@ pub(super) fn parts(
     for item in &model.items {
         parts.extend(equation(item, &notation, source));
     }
-    parts.extend(functions(model, source, &notation));
+    let shown = derived.as_ref().ok();
+    parts.extend(functions(model, source, &notation, shown));
     parts.extend(super::formulas::parts(derived.as_ref(), model, &notation));
     parts.extend_from_slice(more);
     parts.extend(super::computed::parts(law));
@@ -351,8 +353,13 @@ fn capital(words: &str) -> String {
     }
 }
 
-/// Definitions of the library that the law uses, in alphabetical order.
-fn functions(model: &Model, source: &Source, notation: &Notation) -> Vec<Part> {
+/// Definitions of the library that the law and its formulas use, in alphabetical order.
+fn functions(
+    model: &Model,
+    source: &Source,
+    notation: &Notation,
+    derived: Option<&Derived>,
+) -> Vec<Part> {
     let own: BTreeSet<&str> = model
         .items
         .iter()
@@ -366,6 +373,9 @@ fn functions(model: &Model, source: &Source, notation: &Notation) -> Vec<Part> {
         }
     }
     let mut found = Vec::new();
+    for value in derived.iter().flat_map(|d| d.values()) {
+        walk::called(value, &mut open);
+    }
     while let Some(name) = open.pop() {
         if own.contains(name.as_str()) || !seen.insert(name.clone()) {
             continue;

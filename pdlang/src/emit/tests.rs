@@ -119,11 +119,16 @@ fn the_number_of_dimensions_has_a_name_of_its_own() {
 fn a_page_has_the_derived_force_in_every_form() {
     let latex = emit(LAW, Stage::Latex, None).unwrap();
     let terminal = emit(LAW, Stage::Terminal, None).unwrap();
-    for (page, state) in [
-        (&latex, r"\underline{\mathbf{T}} ="),
-        (&terminal, "T_state ="),
+    for (page, state, direction) in [
+        (
+            &latex,
+            r"\underline{\mathbf{T}} =",
+            r"\mathbf{M} = \frac{\mathbf{Y}}{y}",
+        ),
+        (&terminal, "T_state =", "M = Y/y"),
     ] {
         assert!(page.contains("The force"), "{page}");
+        assert!(page.contains(direction), "{page}");
         assert!(page.contains(state), "{page}");
     }
 }

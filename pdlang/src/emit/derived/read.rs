@@ -107,6 +107,7 @@ impl<'a> Scope<'a> {
         let mut name = wanted;
         while self.declared.contains_key(name.as_str())
             || self.defs.contains_key(name.as_str())
+            || self.source.library.definition(&name, false).is_some()
             || called.iter().any(|(_, known)| *known == name)
         {
             name.push('_');
