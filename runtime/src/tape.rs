@@ -6,6 +6,7 @@
 //! lane operations and their order are those that generated code has, so the results are the same to the bit.
 mod ball;
 mod block;
+mod check;
 mod exec;
 mod many;
 mod pack;
@@ -13,9 +14,10 @@ mod sweep;
 
 pub(crate) use ball::ball;
 pub(crate) use block::Blocks;
+pub(crate) use check::{Limits, Place};
 pub(crate) use exec::{Leaves, numbers, truth};
 pub(crate) use many::Many;
-pub(crate) use pack::{Leaf, Limits, Place, operands, with_streams};
+pub(crate) use pack::{Leaf, operands, with_streams};
 pub(crate) use sweep::MAX_VALUES;
 pub use sweep::TapeSweep;
 
