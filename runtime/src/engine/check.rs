@@ -1,4 +1,6 @@
 //! What must hold before anything is computed.
+mod parts;
+
 use super::{Settings, SetupError};
 use crate::body::{Body, Grid};
 use crate::spec::{SlotKind, Spec};
@@ -271,7 +273,7 @@ pub(super) fn spec(s: &Spec) -> Result<(), SetupError> {
             h.name
         ));
     }
-    super::parts::check(s).or_else(fail)?;
+    parts::check(s).or_else(fail)?;
     if s.sweeps.windows(2).any(|w| w[0].stage > w[1].stage) {
         return fail("sweeps must stand in the order of their stages".into());
     }
