@@ -114,6 +114,7 @@ fn page_json(law: &ir::Law, entry: &Entry) -> Value {
         "response": response(law),
         "can_break": !law.breaks.is_empty(),
         "flavours": flavours(law),
+        "kernels": entry.kernels_said(),
         "text": entry.text,
     })
 }

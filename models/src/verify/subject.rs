@@ -69,8 +69,8 @@ pub struct Subject<'a> {
     pub partial_volume: bool,
     /// What may mend wrong constants; asked once.
     cures: OnceCell<Vec<(Flavour, Cure)>>,
-    /// Of one, two and three dimensions.
-    compiled: [Option<Result<engine::Law, String>>; 3],
+    /// Of one, two and three dimensions; made where it is asked for, which takes seconds for a large law.
+    compiled: [OnceCell<Result<engine::Law, String>>; 3],
 }
 
 impl<'a> Subject<'a> {
@@ -111,18 +111,6 @@ impl<'a> Subject<'a> {
         };
         let named = |name: &str| law.params.iter().position(|p| p.name == name);
         let density = named("density").or_else(|| named("rho")).map(|k| params[k]);
-        let mut compiled = [None, None, None];
-        for flavour in &law.flavours {
-            let dim = flavour.dim();
-            if compiled[dim - 1].is_none() {
-                let law = language::interpreted(law, dim, Kinematics::General);
-                let first = |found: Vec<Diagnostic>| {
-                    found.first().map_or(String::new(), |d| d.message.clone())
-                };
-                let law = law.map_err(first);
-                compiled[dim - 1] = Some(law);
-            }
-        }
         Ok(Subject {
             law,
             text,
@@ -134,7 +122,7 @@ impl<'a> Subject<'a> {
             partial_volume: options.partial_volume,
             params,
             cures: OnceCell::new(),
-            compiled,
+            compiled: Default::default(),
         })
     }
 
@@ -153,9 +141,16 @@ impl<'a> Subject<'a> {
     /// # Errors
     /// When it is too large.
     pub fn compiled(&self, flavour: Flavour) -> Result<engine::Law, String> {
-        let of = &self.compiled[flavour.dim() - 1];
-        of.clone()
-            .unwrap_or_else(|| Err("the law is not for this flavour".into()))
+        let dim = flavour.dim();
+        if !self.law.flavours.iter().any(|f| f.dim() == dim) {
+            return Err("the law is not for this flavour".into());
+        }
+        let made = self.compiled[dim - 1].get_or_init(|| {
+            let first =
+                |found: Vec<Diagnostic>| found.first().map_or(String::new(), |d| d.message.clone());
+            language::interpreted(self.law, dim, Kinematics::General).map_err(first)
+        });
+        made.clone()
     }
 
     /// What the oracle is asked with.

@@ -142,6 +142,10 @@ fn explain_says_how_a_law_is_computed() {
     let refused = ["explain", "lamina", "--dim", "3"];
     mentions(&pdlang(&refused, 1), &["PD092"]);
     mentions(&pdlang(&["explain", "lpz"], 1), &["no law `lpz`"]);
+    // The page as data says it too.
+    let page = pdlang(&["models", "lps", "--json"], 0);
+    let page: serde_json::Value = serde_json::from_str(&page).expect("an object");
+    assert_eq!(page["kernels"], says[4]);
 }
 
 /// What closes the pipe has read enough.
