@@ -2,7 +2,9 @@
 //!
 //! Contract. Read from the tapes that run, so that nothing here can differ from them; formulas are those of [`crate::formula`].
 
+use crate::assemble::{self, Kinematics};
 use crate::formula::{formula, quantity};
+use crate::ir::Law;
 use crate::spec::{Spec, Stage, SweepSpec};
 use crate::tape::{Op, Tape, operands};
 
@@ -31,6 +33,33 @@ pub struct Work {
     pub kept: Vec<String>,
     /// Histories and weights of single bonds that it reads or writes, on a lattice as in a cloud.
     pub remembered: Vec<String>,
+}
+
+impl Work {
+    /// Its name, when it runs and over which bonds.
+    fn head(&self) -> String {
+        format!("{}: {}, {}", self.name, self.when, self.over)
+    }
+}
+
+/// The heads of the sweeps that store or remember the quantity of this name; none, if it is formed where it is read.
+pub(crate) fn computed(law: &Law, name: &str) -> Vec<String> {
+    // The sweeps are those of any dimension; in two they are soon made, and tensors are tensors.
+    let dims = law.flavours.iter().map(|f| f.dim());
+    let dim = dims.min_by_key(|dim| dim.abs_diff(2)).unwrap_or(2);
+    let Ok(spec) = assemble::spec(law, dim, Kinematics::General) else {
+        return vec![];
+    };
+    let named = spec.named.iter().filter(|(known, _)| known == name);
+    let slots: Vec<u32> = named.flat_map(|(_, slots)| slots).copied().collect();
+    let sweeps = spec.sweeps.iter().filter(|s| {
+        let puts = s.bond.ops.iter().any(|op| match op {
+            Op::PutHistory(k, _) => remembered(s.history[*k as usize], &spec) == name,
+            _ => false,
+        });
+        puts || s.out.iter().any(|slot| slots.contains(slot))
+    });
+    sweeps.map(|s| work(s, &spec).head()).collect()
 }
 
 /// The sweeps of a law in the order in which they run.
@@ -225,7 +254,7 @@ pub fn text(spec: &Spec) -> String {
     let linear = if spec.linearised { ", linearised" } else { "" };
     let mut text = format!("{} in {}D{linear}: {}\n", spec.law, spec.dim, spec.title);
     for (s, w) in spec.sweeps.iter().zip(works(spec)) {
-        text += &format!("\n{}: {}, {}\n", w.name, w.when, w.over);
+        text += &format!("\n{}\n", w.head());
         let constant = |line: &&String| line.starts_with("- c") || line.starts_with("- g");
         for line in notes(s, spec).iter().filter(constant) {
             text += &format!("    {}\n", line[2..].replacen(": ", " = ", 1));
@@ -316,7 +345,6 @@ fn keeps(w: &Work) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::assemble::{self, Kinematics};
 
     fn spec(items: &str, kinematics: Kinematics) -> Spec {
         let text =

@@ -29,6 +29,8 @@ impl Checked {
 /// A text, as it was read and as it was understood.
 pub(crate) struct Source<'a> {
     pub checked: Checked,
+    /// What was understood of the laws with errors: to be looked at, not to be computed with.
+    pub faulty: Vec<Law>,
     /// The tree of each model; of a text without errors, one per law.
     pub models: Vec<ast::Model>,
     pub library: Library<'a>,
@@ -57,10 +59,13 @@ pub(crate) fn source<'a>(text: &'a str, path: &str, files: &mut Files) -> Source
     // What is to be said of a file that is used is said of it alone.
     report.retain(|finding| !finding.span().prelude);
     check_models_named_once(&models, &mut report);
-    let laws = models
-        .iter()
-        .filter_map(|model| resolve::law(model, &library, &mut report))
-        .collect();
+    let (mut laws, mut faulty) = (Vec::new(), Vec::new());
+    for model in &models {
+        match resolve::law(model, &library, &mut report) {
+            Ok(law) => laws.push(law),
+            Err(law) => faulty.push(*law),
+        }
+    }
     diag::sort(&mut report);
     Source {
         checked: Checked {
@@ -68,6 +73,7 @@ pub(crate) fn source<'a>(text: &'a str, path: &str, files: &mut Files) -> Source
             influences: library.own.influences.clone(),
             diagnostics: report,
         },
+        faulty,
         models,
         library,
     }

@@ -362,17 +362,23 @@ pub(crate) fn evaluate(written: &UnitExpr, report: &mut Vec<Diagnostic>) -> Opti
 pub(crate) fn of_kind(kind: &Kind, report: &mut Vec<Diagnostic>) -> Option<Unit> {
     match kind {
         Kind::Unit(written) => Some(evaluate(written, report)?.1),
-        Kind::Named(name) => match KINDS.iter().find(|known| known.0 == name.text) {
-            Some((_, _, base)) => Some(Unit {
-                base: doubled(base),
-                opaque: Vec::new(),
-            }),
-            None => {
+        Kind::Named(name) => {
+            let known = named_kind(&name.text);
+            if known.is_none() {
                 report.push(check::units::unknown_kind(name));
-                None
             }
-        },
+            known
+        }
     }
+}
+
+/// The unit of a kind by its word, `pressure`.
+pub(crate) fn named_kind(name: &str) -> Option<Unit> {
+    let (_, _, base) = KINDS.iter().find(|known| known.0 == name)?;
+    Some(Unit {
+        base: doubled(base),
+        opaque: Vec::new(),
+    })
 }
 
 /// Reads a unit such as `"GPa"`, `"kg/m^3"`, `"W/(m K)"`: factor to SI, and unit. Empty is a number.

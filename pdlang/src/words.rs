@@ -32,6 +32,150 @@ pub(crate) const WORDS: [&str; 17] = [
     "case", "expect", "within", "lattice",
 ];
 
+/// What every word is, as editors say it. A word is in the table once, wherever it may stand.
+const SAID: [(&str, &str); 39] = [
+    (
+        "use",
+        "takes the definitions of another file, `use \"elastic.pd\"`; its models stay its own",
+    ),
+    (
+        "model",
+        "a law: its name, its title, where it comes from, and its definitions",
+    ),
+    (
+        "influence",
+        "a function of the reference length of a bond; a scene may choose another one for that of a law",
+    ),
+    (
+        "fn",
+        "a function of its arguments, which sees the shared definitions and no name of a model",
+    ),
+    (
+        "let",
+        "a constant: one number per material; in a probe, a name for a number",
+    ),
+    (
+        "node",
+        "a value per node; in a probe, a node with its position, its volume and what it is set to",
+    ),
+    (
+        "bond",
+        "a value per directed bond, from this node to the other end",
+    ),
+    (
+        "param",
+        "a parameter: a kind or unit, bounds, perhaps a default, and a description",
+    ),
+    (
+        "energy",
+        "strain energy density of a node [J/m^3]; the force is its derivative, through all sums",
+    ),
+    (
+        "pair",
+        "force of a bond along it, the same from both ends [N/m^6]",
+    ),
+    (
+        "state",
+        "force state, a scalar along the deformed bond or a vector [N/m^6]; the node feels `T - T'`",
+    ),
+    (
+        "field",
+        "a value of every node, which the scene sets; without a `rate` it is a coefficient",
+    ),
+    ("rate", "time derivative of a field, in its unit per second"),
+    (
+        "history",
+        "a value of a node or of a directed bond that an `update` replaces when a step is accepted",
+    ),
+    (
+        "update",
+        "the next value of a history; reading one gives that of the last accepted step",
+    ),
+    (
+        "family",
+        "a part of the horizon, by the reference bond; without a name in brackets, everything is about the whole",
+    ),
+    (
+        "weight",
+        "a number on a bond that the law multiplies into its sums, computed once from the reference body",
+    ),
+    (
+        "break",
+        "a bond for which the condition is true dies before the force of that step, with `after` behind it",
+    ),
+    (
+        "known",
+        "what the law is known not to do, with the reason: that check of `pdlang verify` warns in the place of failing",
+    ),
+    (
+        "probe",
+        "states what is known in closed form; `pdlang check` finds out",
+    ),
+    (
+        "force",
+        "force density of a node, a vector, beside the other forces [N/m^3]",
+    ),
+    (
+        "after",
+        "`after step velocity = ..` replaces the velocity of a node when a step is accepted; `break after when` breaks bonds behind the force",
+    ),
+    (
+        "cite",
+        "where the law comes from, with the number of the equation",
+    ),
+    ("for", "the flavours that the law is for; without it, all"),
+    (
+        "meets",
+        "how the values of two materials meet on a bond between them; without it, in their average",
+    ),
+    (
+        "where",
+        "the condition for a part of the body or of the bonds; in a probe, the values of parameters",
+    ),
+    ("when", "the condition under which bonds break"),
+    (
+        "at",
+        "`at half`: the field lives at half steps, where the velocity does",
+    ),
+    (
+        "half",
+        "`at half`: the field lives at half steps, where the velocity does",
+    ),
+    (
+        "step",
+        "`after step`: when a step is accepted, once all of it is read",
+    ),
+    ("on", "whether a history is that of a node or of a bond"),
+    (
+        "in",
+        "the bounds of a parameter, `in (-1, 0.5)`; in a probe, its flavour",
+    ),
+    ("and", "true where both conditions are"),
+    ("or", "true where one of the conditions is, or both"),
+    ("not", "true where the condition is not"),
+    (
+        "case",
+        "`case flavour`: an arm for each of `bar`, `slab`, `plane_stress`, `plane_strain` and `3d`",
+    ),
+    (
+        "expect",
+        "what is known of an energy, of `force`, of a rate or of a definition",
+    ),
+    (
+        "within",
+        "the error that is allowed, a part of the value or a quantity",
+    ),
+    (
+        "lattice",
+        "a node of an unbounded lattice under a displacement gradient `H`, with the spacing behind the word",
+    ),
+];
+
+pub(crate) fn said(word: &str) -> Option<&'static str> {
+    let mut all = SAID.iter();
+    all.find(|(known, _)| *known == word).map(|(_, said)| *said)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -60,6 +204,17 @@ mod tests {
         }
     }
 
+    #[test]
+    fn are_all_explained_once() {
+        let all = TOP.iter().chain(&ITEMS).chain(&WORDS);
+        let all: std::collections::BTreeSet<&str> = all.copied().collect();
+        let said: Vec<&str> = SAID.iter().map(|(word, _)| *word).collect();
+        assert_eq!(said.len(), all.len());
+        for word in all {
+            assert!(said.contains(&word), "`{word}` has no sentence");
+        }
+    }
+
     /// The grammar of editors colours every word of the language.
     #[test]
     fn are_coloured_by_editors() {
@@ -75,7 +230,7 @@ mod tests {
             .filter(|line| line.starts_with("kw_"));
         let words = rules.filter_map(|line| line.split('"').nth(1));
         let items = TOP.iter().chain(&ITEMS).copied();
-        let forms = crate::resolve::names::FORMS.iter().copied();
+        let forms = crate::resolve::names::FORMS.iter().map(|form| form.0);
         for word in words.chain(items).chain(forms) {
             assert!(known.contains(&word), "`{word}` has no colour");
         }

@@ -6,10 +6,14 @@
 //! Texts are compared letter by letter. In pictures places may differ by a pixel: they come from sines, whose last digits are others
 //! on another machine, and are rounded.
 
+use pdlang::assemble::{Kinematics, specs};
 use pdlang::emit::{Stage, emit};
+use pdlang::explain::{Work, works};
+use pdlang::spec::SweepSpec;
 use pdlang_models::page::page;
 use pdlang_models::registry::{self, CATALOGUE};
 use pdlang_models::waves::plot::FINE;
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -92,6 +96,30 @@ fn stages_of_the_journey() {
         }
     }
     assert!(wrong.is_empty(), "changed: {}", wrong.join(", "));
+}
+
+/// Editors say of a definition when it is computed, for one dimension: it is the same time in all.
+#[test]
+fn definitions_are_computed_at_the_same_time_in_all_dimensions() {
+    for entry in CATALOGUE {
+        let specs = specs(&entry.law().unwrap(), Kinematics::General).unwrap();
+        let times: Vec<BTreeSet<(&str, &str)>> = specs
+            .iter()
+            .map(|spec| {
+                let works = works(spec).into_iter().zip(&spec.sweeps);
+                let named = |(work, sweep): (Work, &SweepSpec)| {
+                    let here = |slots: &[u32]| sweep.out.iter().any(|slot| slots.contains(slot));
+                    let named = spec.named.iter().filter(move |(_, slots)| here(slots));
+                    let times = named.map(|(name, _)| (name.as_str(), work.when));
+                    times.collect::<Vec<_>>()
+                };
+                works.flat_map(named).collect()
+            })
+            .collect();
+        for other in &times[1..] {
+            assert_eq!(&times[0], other, "{}", entry.name);
+        }
+    }
 }
 
 #[test]

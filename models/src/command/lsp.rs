@@ -148,10 +148,12 @@ fn named(uri: &str, position: &Value, texts: &Texts) -> Option<at::Named> {
 }
 
 fn hover(uri: &str, position: &Value, texts: &Texts) -> Option<Value> {
-    let named = named(uri, position, texts).filter(|named| !named.is.is_empty())?;
-    let shown = format!("```pd\n{}\n```\n{}", named.is, named.doc);
+    let named = named(uri, position, texts)?;
+    let mut parts = vec![format!("```pdlang\n{}\n```", named.is), named.doc];
+    parts.extend(named.computed.iter().map(|sweep| format!("Sweep {sweep}")));
+    parts.retain(|part| !part.is_empty());
     Some(json!({
-        "contents": { "kind": "markdown", "value": shown.trim_end() },
+        "contents": { "kind": "markdown", "value": parts.join("\n\n") },
         "range": range(&texts[uri], named.span),
     }))
 }

@@ -127,6 +127,42 @@ fn names_have_hovers_and_definitions() {
     }
 }
 
+/// What explains a law explains its names: the sweep of a definition is that of `pdlang explain`.
+#[test]
+fn hovers_say_when_a_definition_is_computed() {
+    let law = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("laws/lps.pd");
+    let text = String::from_utf8(super::bytes(super::shown(&law))).expect("text");
+    let line = text.lines().position(|line| line.contains("node theta"));
+    let line = line.expect("lps has a dilatation") as u32;
+    let said = session(&[opened(URI, &text), asked(1, "textDocument/hover", line, 8)]);
+    let hover = answer(&said, 1)["result"]["contents"]["value"].as_str();
+    let hover = hover.expect("a text");
+    let sweep = "theta: at every force evaluation, intact bonds of `horizon`";
+    mentions(hover, &["node scalar theta", "\n\ndilatation\n\n", sweep]);
+    mentions(&super::pdlang(&["explain", "lps"], 0), &[sweep]);
+}
+
+#[test]
+fn words_and_laws_with_errors_have_hovers() {
+    let wrong = LAW.replace("c/4 * sum(x*s^2)", "nothing + c*sum(x*s^2) +");
+    let said = session(&[
+        opened(URI, &wrong),
+        asked(1, "textDocument/hover", 3, 3),
+        asked(2, "textDocument/hover", 3, 26),
+        asked(3, "textDocument/hover", 3, 23),
+        asked(4, "textDocument/hover", 2, 18),
+        asked(5, "textDocument/hover", 1, 12),
+        asked(6, "textDocument/hover", 3, 14),
+    ]);
+    let hover = |id| answer(&said, id)["result"]["contents"]["value"].to_string();
+    mentions(&hover(1), &["strain energy density of a node"]);
+    mentions(&hover(2), &["the sum over the intact bonds"]);
+    mentions(&hover(3), &["let scalar c ["]);
+    mentions(&hover(4), &["param scalar K [Pa]", "bulk modulus"]);
+    mentions(&hover(5), &["pressure [Pa]"]);
+    assert_eq!(answer(&said, 6)["result"], Value::Null);
+}
+
 #[test]
 fn a_text_is_formatted_as_the_command_does_it() {
     let loose = LAW.replace("  let c = ", "      let   c = ");

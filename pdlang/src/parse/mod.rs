@@ -170,7 +170,7 @@ fn end(mut pair: Pair<Rule>) -> usize {
 }
 
 /// A Greek letter and its name are the same letter: `ω_g` is `omega_g`.
-fn spelled(word: &str) -> String {
+pub(crate) fn spelled(word: &str) -> String {
     const GREEK: [(char, &str); 24] = [
         ('α', "alpha"),
         ('β', "beta"),

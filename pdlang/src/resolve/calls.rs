@@ -43,7 +43,7 @@ impl Elaborator<'_> {
                 .iter()
                 .find(|builtin| builtin.0 == name.text)
             {
-                Some((_, builtin, arity)) => {
+                Some((_, builtin, arity, _)) => {
                     let values = self.exactly(*arity, name, values)?;
                     self.builtin(*builtin, name, values, span)
                 }
@@ -144,7 +144,7 @@ impl Elaborator<'_> {
 
     pub(super) fn unknown_function(&mut self, name: &ast::Name) -> Option<ExprId> {
         let mut candidates: Vec<String> =
-            names::FORMS.iter().map(|form| form.to_string()).collect();
+            names::FORMS.iter().map(|form| form.0.to_string()).collect();
         candidates.extend(names::BUILTINS.iter().map(|builtin| builtin.0.to_string()));
         candidates.extend(
             self.library

@@ -10,7 +10,7 @@ fn the_page_of_the_language_is_complete() {
     let prelude = library::prelude();
     let conversion = |name: &str| name.contains("_of_");
     let names: Vec<&str> = (BUILTINS.iter().map(|builtin| builtin.0))
-        .chain(FORMS.iter().copied())
+        .chain(FORMS.iter().map(|form| form.0))
         .chain(PRIMITIVES.iter().map(|primitive| primitive.name))
         .chain(prelude.functions.keys().map(String::as_str))
         .chain(prelude.definitions.keys().map(String::as_str))

@@ -30,9 +30,12 @@ pub(crate) struct Library<'a> {
     pub constants: Vec<(String, f64, Unit)>,
 }
 
+/// The text that spans of the prelude point into.
+pub(crate) const PRELUDE_TEXT: &str = include_str!("../prelude.pd");
+
 static PRELUDE: LazyLock<Shelf> = LazyLock::new(|| {
     let mut report = Vec::new();
-    let file = parse::file(include_str!("../prelude.pd"), true, &mut report);
+    let file = parse::file(PRELUDE_TEXT, true, &mut report);
     let nothing = Shelf::default();
     let shelf = Library::of(file, "", &nothing, &mut report).own;
     debug_assert!(report.is_empty(), "the prelude has errors: {report:?}");

@@ -33,8 +33,12 @@ pub(crate) use elaborate::{Context, Elaborator};
 use library::Library;
 use std::collections::HashMap;
 
-/// The law that a model describes, unless something is wrong with it.
-pub(crate) fn law(model: &Model, library: &Library, report: &mut Vec<Diagnostic>) -> Option<Law> {
+/// The law that a model describes. `Err`: something is wrong with it, and this is what was understood.
+pub(crate) fn law(
+    model: &Model,
+    library: &Library,
+    report: &mut Vec<Diagnostic>,
+) -> Result<Law, Box<Law>> {
     let mut findings = Vec::new();
     metadata(model, &mut findings);
     let flavours = served(model, &mut findings);
@@ -94,7 +98,7 @@ pub(crate) fn law(model: &Model, library: &Library, report: &mut Vec<Diagnostic>
     }
     let sound = sound(&findings);
     report.append(&mut findings);
-    sound.then_some(law)
+    if sound { Ok(law) } else { Err(Box::new(law)) }
 }
 
 /// The probes of a law that is right.

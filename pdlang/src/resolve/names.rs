@@ -10,6 +10,8 @@ pub(crate) struct Primitive {
     pub shape: Shape,
     pub home: Home,
     pub unit: Unit,
+    /// What it is, as editors say it.
+    pub doc: &'static str,
 }
 
 /// The reduction of that name. `min` and `max` of one argument are extremes over bonds, of two functions.
@@ -32,6 +34,7 @@ pub(crate) const PRIMITIVES: &[Primitive] = &[
         Shape::Scalar,
         Home::Constant,
         Unit::NUMBER,
+        "the number pi",
     ),
     primitive(
         "inf",
@@ -39,6 +42,7 @@ pub(crate) const PRIMITIVES: &[Primitive] = &[
         Shape::Scalar,
         Home::Constant,
         Unit::NUMBER,
+        "infinity: a bound that nothing reaches",
     ),
     primitive(
         "dim",
@@ -46,6 +50,7 @@ pub(crate) const PRIMITIVES: &[Primitive] = &[
         Shape::Scalar,
         Home::Constant,
         Unit::NUMBER,
+        "number of dimensions",
     ),
     primitive(
         "delta",
@@ -53,6 +58,7 @@ pub(crate) const PRIMITIVES: &[Primitive] = &[
         Shape::Scalar,
         Home::Constant,
         Unit::length(),
+        "horizon",
     ),
     primitive(
         "I",
@@ -60,6 +66,7 @@ pub(crate) const PRIMITIVES: &[Primitive] = &[
         Shape::Symmetric,
         Home::Constant,
         Unit::NUMBER,
+        "unit tensor",
     ),
     primitive(
         "xi",
@@ -67,6 +74,7 @@ pub(crate) const PRIMITIVES: &[Primitive] = &[
         Shape::Vector,
         Home::Bond,
         Unit::length(),
+        "reference bond vector",
     ),
     primitive(
         "eta",
@@ -74,6 +82,7 @@ pub(crate) const PRIMITIVES: &[Primitive] = &[
         Shape::Vector,
         Home::Bond,
         Unit::length(),
+        "relative displacement",
     ),
     primitive(
         "X",
@@ -81,6 +90,7 @@ pub(crate) const PRIMITIVES: &[Primitive] = &[
         Shape::Vector,
         Home::Node,
         Unit::length(),
+        "reference position",
     ),
     primitive(
         "velocity",
@@ -88,6 +98,7 @@ pub(crate) const PRIMITIVES: &[Primitive] = &[
         Shape::Vector,
         Home::Node,
         Unit::velocity(),
+        "velocity",
     ),
     primitive(
         "dt",
@@ -95,6 +106,7 @@ pub(crate) const PRIMITIVES: &[Primitive] = &[
         Shape::Scalar,
         Home::Node,
         Unit::time(),
+        "time step",
     ),
 ];
 
@@ -104,6 +116,7 @@ const fn primitive(
     shape: Shape,
     home: Home,
     unit: Unit,
+    doc: &'static str,
 ) -> Primitive {
     Primitive {
         name,
@@ -111,43 +124,117 @@ const fn primitive(
         shape,
         home,
         unit,
+        doc,
     }
 }
 
 /// Primitives that mean something outside of a law, in influence functions and scenes.
 pub(crate) const PURE: [&str; 2] = ["pi", "inf"];
 
-/// Built-in functions: name, meaning, number of arguments.
-pub(crate) const BUILTINS: &[(&str, Builtin, usize)] = &[
-    ("norm", Builtin::Norm, 1),
-    ("dot", Builtin::Dot, 2),
-    ("outer", Builtin::Outer, 2),
-    ("tr", Builtin::Trace, 1),
-    ("sym", Builtin::Sym, 1),
-    ("dev", Builtin::Dev, 1),
-    ("det", Builtin::Det, 1),
-    ("inverse", Builtin::Inverse, 1),
-    ("transpose", Builtin::Transpose, 1),
-    ("diag", Builtin::Diag, 1),
-    ("sqrt", Builtin::Sqrt, 1),
-    ("abs", Builtin::Abs, 1),
-    ("exp", Builtin::Exp, 1),
-    ("ln", Builtin::Ln, 1),
-    ("sin", Builtin::Sin, 1),
-    ("cos", Builtin::Cos, 1),
-    ("tan", Builtin::Tan, 1),
-    ("min", Builtin::Min, 2),
-    ("max", Builtin::Max, 2),
-    ("select", Builtin::Select, 3),
+/// Built-in functions: name, meaning, number of arguments, and what editors say.
+pub(crate) const BUILTINS: &[(&str, Builtin, usize, &str)] = &[
+    ("norm", Builtin::Norm, 1, "the length of a vector"),
+    ("dot", Builtin::Dot, 2, "the scalar product of two vectors"),
+    (
+        "outer",
+        Builtin::Outer,
+        2,
+        "the tensor product of two vectors; symmetric, if they are the same",
+    ),
+    ("tr", Builtin::Trace, 1, "the trace of a tensor"),
+    ("sym", Builtin::Sym, 1, "the symmetric part of a tensor"),
+    (
+        "dev",
+        Builtin::Dev,
+        1,
+        "the deviator of a tensor, whose trace in the dimensions of the scene is zero",
+    ),
+    (
+        "det",
+        Builtin::Det,
+        1,
+        "the determinant of a tensor of pure numbers",
+    ),
+    ("inverse", Builtin::Inverse, 1, "the inverse of a tensor"),
+    (
+        "transpose",
+        Builtin::Transpose,
+        1,
+        "the transpose of a tensor",
+    ),
+    (
+        "diag",
+        Builtin::Diag,
+        1,
+        "the tensor with a vector on its diagonal, or the vector on the diagonal of a tensor",
+    ),
+    ("sqrt", Builtin::Sqrt, 1, "the square root"),
+    ("abs", Builtin::Abs, 1, "the magnitude"),
+    ("exp", Builtin::Exp, 1, "the exponential"),
+    ("ln", Builtin::Ln, 1, "the natural logarithm"),
+    ("sin", Builtin::Sin, 1, "the sine of an angle in radians"),
+    ("cos", Builtin::Cos, 1, "the cosine of an angle in radians"),
+    ("tan", Builtin::Tan, 1, "the tangent of an angle in radians"),
+    (
+        "min",
+        Builtin::Min,
+        2,
+        "the smaller of two values; with one argument: the extreme over the intact bonds",
+    ),
+    (
+        "max",
+        Builtin::Max,
+        2,
+        "the larger of two values; with one argument: the extreme over the intact bonds",
+    ),
+    (
+        "select",
+        Builtin::Select,
+        3,
+        "the second value where the condition, which comes first, is true, else the third",
+    ),
 ];
 
-/// Forms that look like functions and change the home of their argument.
-pub(crate) const FORMS: &[&str] = &["sum", "sum0", "mean", "count", "ball", "other", "under"];
+/// Forms that look like functions and change the home of their argument, and what editors say.
+pub(crate) const FORMS: &[(&str, &str)] = &[
+    (
+        "sum",
+        "the sum over the intact bonds, weighted with the volume of the other end",
+    ),
+    ("sum0", "the same as `sum` over all bonds there ever were"),
+    (
+        "mean",
+        "the average over the intact bonds, weighted with the volume of the other end",
+    ),
+    (
+        "count",
+        "the number of intact bonds for which a condition holds",
+    ),
+    (
+        "ball",
+        "the integral of a reference bond value over the whole horizon: a constant",
+    ),
+    (
+        "other",
+        "the value at the other end of the bond, which is also written `T'`",
+    ),
+    (
+        "under",
+        "`under(H, q)` is `q` for the uniform displacement gradient `H`, a constant tensor",
+    ),
+];
 
 pub(crate) fn is_function(name: &str) -> bool {
-    FORMS.contains(&name) || BUILTINS.iter().any(|builtin| builtin.0 == name)
+    function_doc(name).is_some()
 }
 
 pub(crate) fn is_primitive(name: &str) -> bool {
     PRIMITIVES.iter().any(|primitive| primitive.name == name)
+}
+
+/// What a built-in function or form is.
+pub(crate) fn function_doc(name: &str) -> Option<&'static str> {
+    let builtins = BUILTINS.iter().map(|builtin| (builtin.0, builtin.3));
+    let mut all = builtins.chain(FORMS.iter().copied());
+    all.find(|(known, _)| *known == name).map(|(_, doc)| doc)
 }
