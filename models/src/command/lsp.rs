@@ -39,17 +39,24 @@ fn serve(connection: &Connection) -> Outcome {
         ))
     })?;
     let mut texts = HashMap::new();
+    let mut over = false;
     for message in &connection.receiver {
         let answers = match message {
-            Message::Request(request) => {
-                if connection
-                    .handle_shutdown(&request)
-                    .map_err(Failure::plain)?
-                {
-                    return Ok(());
-                }
-                vec![Message::Response(answer(request, &texts))]
+            Message::Request(request) if request.method == "shutdown" => {
+                over = true;
+                vec![Message::Response(Response::new_ok(request.id, ()))]
             }
+            // What an editor still says before it is the rest of what it was about.
+            Message::Notification(told) if told.method == "exit" => break,
+            Message::Request(request) if over => {
+                let (code, what) = (ErrorCode::InvalidRequest as i32, "the server is shut down");
+                vec![Message::Response(Response::new_err(
+                    request.id,
+                    code,
+                    what.into(),
+                ))]
+            }
+            Message::Request(request) => vec![Message::Response(answer(request, &texts))],
             Message::Notification(told) => listen(&told, &mut texts),
             Message::Response(_) => vec![],
         };

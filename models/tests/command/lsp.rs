@@ -196,6 +196,18 @@ fn strange_texts_and_requests_do_no_harm() {
     assert_eq!(answer(&said, 101)["result"], Value::Null);
 }
 
+/// VS Code sets its trace between the request to shut down and the end.
+#[test]
+fn what_comes_after_the_end_does_no_harm() {
+    let said = session(&[
+        json!({ "jsonrpc": "2.0", "id": 1, "method": "shutdown" }),
+        json!({ "jsonrpc": "2.0", "method": "$/setTrace", "params": { "value": "off" } }),
+        asked(2, "textDocument/hover", 0, 0),
+    ]);
+    assert_eq!(answer(&said, 1)["result"], Value::Null);
+    assert_eq!(answer(&said, 2)["error"]["code"], -32600);
+}
+
 #[test]
 fn who_is_no_editor_is_told() {
     let mut server = command(&["lsp"]);
