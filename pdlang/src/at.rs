@@ -3,12 +3,12 @@
 //! Contract. Answers come from what the compiler understood, also of laws with errors; what it does not know for certain has no
 //! answer.
 
-use crate::ast::{Item, ProbeLine};
+use crate::ast::{self, Item, ProbeLine};
 use crate::emit::ir::{expr, home, shape, unit};
 use crate::explain;
 use crate::files::Files;
 use crate::front::{self, Source};
-use crate::ir::{Def, ExprKind, Law, Shape};
+use crate::ir::{Def, ExprKind, Law, Response, Shape};
 use crate::known::CHECKS;
 use crate::parse;
 use crate::resolve::library::PRELUDE_TEXT;
@@ -38,9 +38,10 @@ pub fn at(text: &str, path: &str, files: &mut Files, offset: usize) -> Option<Na
     let name = &parse::spelled(&text[span.start as usize..span.end as usize]);
     let source = &front::source(text, path, files);
     let value = |law| named(law, source, name, span);
+    let answer = answered(source, span);
     let computed = |law| {
         let found = value(law)?;
-        let computed = explain::computed(law, name);
+        let computed = explain::computed(law, name, answer.map(|answer| answer.kind));
         Some(Named { computed, ..found })
     };
     let sound = source.checked.laws.iter().find_map(computed);
@@ -234,7 +235,39 @@ fn function(source: &Source, name: &str) -> Option<Named> {
     })
 }
 
+/// The answer whose name stands at a place, as it is written.
+fn answered<'s>(source: &'s Source, span: Span) -> Option<&'s ast::Response> {
+    let mut items = source.models.iter().flat_map(|model| &model.items);
+    items.find_map(|item| match item {
+        Item::Response(response) => Some(response).filter(|r| r.name.span == span),
+        _ => None,
+    })
+}
+
+fn answer(law: &Law, source: &Source, written: &ast::Response) -> Option<Named> {
+    let exprs = law.responses.iter().map(|response| match response {
+        Response::Energy(e) | Response::Force(e) => e,
+        Response::Pair(_, e) | Response::State(_, e) | Response::Rate(_, e) => e,
+    });
+    let at = written.expr.span;
+    let value = exprs.map(|e| &law.exprs[e.index()]);
+    let value = value.into_iter().find(|value| value.span == at)?;
+    let what = format!("{:?}", written.kind).to_lowercase();
+    let is = typed(law, &what, value.shape, &written.name.text, &value.unit);
+    let text = source.library.text;
+    let formula = text.get(at.start as usize..at.end as usize)?;
+    let doc = comment(text, written.name.span.start);
+    Some(Named {
+        is: format!("{is} = {}", one_line(formula)),
+        doc,
+        ..Named::default()
+    })
+}
+
 fn named(law: &Law, source: &Source, name: &str, span: Span) -> Option<Named> {
+    if let Some(written) = answered(source, span) {
+        return answer(law, source, written);
+    }
     let kinds = law.exprs.iter().filter(|e| e.span == span);
     let used = kinds.filter_map(|e| of_kind(law, source, &e.kind));
     let defined = declared(law, source).filter(|(_, known)| known.definition == Some(span));
@@ -343,7 +376,11 @@ fn written(law: &Law, text: &str, d: &Def) -> Option<String> {
     let between = text.get(d.span.end as usize..formula.start as usize)?;
     let direct = between.trim_end().ends_with('=') && between.matches('=').count() == 1;
     let formula = text.get(formula.start as usize..formula.end as usize)?;
-    direct.then(|| formula.split_whitespace().collect::<Vec<_>>().join(" "))
+    direct.then(|| one_line(formula))
+}
+
+fn one_line(formula: &str) -> String {
+    formula.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 //! Contract. Read from the tapes that run, so that nothing here can differ from them; formulas are those of [`crate::formula`].
 
 use crate::assemble::{self, Kinematics};
+use crate::ast::ResponseKind;
 use crate::formula::{formula, quantity};
 use crate::ir::Law;
 use crate::spec::{Spec, Stage, SweepSpec};
@@ -42,19 +43,33 @@ impl Work {
     }
 }
 
-/// The heads of the sweeps that store or remember the quantity of this name; none, if it is formed where it is read.
-pub(crate) fn computed(law: &Law, name: &str) -> Vec<String> {
+/// The heads of the sweeps that store or remember the quantity, or the answer, of this name; none, if it is formed where it is read.
+pub(crate) fn computed(law: &Law, name: &str, answer: Option<ResponseKind>) -> Vec<String> {
     // The sweeps are those of any dimension; in two they are soon made, and tensors are tensors.
     let dims = law.flavours.iter().map(|f| f.dim());
     let dim = dims.min_by_key(|dim| dim.abs_diff(2)).unwrap_or(2);
     let Ok(spec) = assemble::spec(law, dim, Kinematics::General) else {
         return vec![];
     };
-    let named = spec.named.iter().filter(|(known, _)| known == name);
-    let slots: Vec<u32> = named.flat_map(|(_, slots)| slots).copied().collect();
+    let slots: Vec<u32> = match answer {
+        Some(ResponseKind::Energy) => spec.energy.into_iter().collect(),
+        Some(ResponseKind::Rate) => {
+            let fields = spec.fields.iter().filter(|field| field.name == name);
+            let fields: Vec<u32> = fields.flat_map(|field| &field.slots).copied().collect();
+            let rates = spec.rates.iter().filter(|r| fields.contains(&r.field));
+            rates.map(|r| r.rate).collect()
+        }
+        Some(_) => spec.force.clone(),
+        None => {
+            let named = spec.named.iter().filter(|(known, _)| known == name);
+            named.flat_map(|(_, slots)| slots).copied().collect()
+        }
+    };
     let sweeps = spec.sweeps.iter().filter(|s| {
         let puts = s.bond.ops.iter().any(|op| match op {
-            Op::PutHistory(k, _) => remembered(s.history[*k as usize], &spec) == name,
+            Op::PutHistory(k, _) if answer.is_none() => {
+                remembered(s.history[*k as usize], &spec) == name
+            }
             _ => false,
         });
         puts || s.out.iter().any(|slot| slots.contains(slot))

@@ -94,6 +94,32 @@ fn what_is_stored_says_when_it_is_computed() {
 }
 
 #[test]
+fn an_answer_says_what_it_is_and_when_it_is_computed() {
+    let energy = find("energy ", "W").unwrap();
+    assert_eq!(energy.is, "energy scalar W [Pa] = twice(K)*theta^2/2");
+    assert!(energy.computed[0].contains("energy"), "{energy:?}");
+    let law =
+        "model a \"t\" cite \"a, eq. 1\" { field T : temperature \"T\" param k : conductivity \"k\"
+        param c : micromodulus \"c\" pair f = c*s # the force of a bond
+        rate T = flow(k*dim/ball(x)*(T' - T)/x)/(1 [J/m^3/K]) }";
+    let at = |before: &str| {
+        let place = law.find(before).unwrap() + before.len();
+        at(law, "", &mut nowhere, place).unwrap()
+    };
+    let pair = at("pair ");
+    assert_eq!(pair.is, "pair scalar f [N/m^6] = c*s");
+    assert_eq!(pair.doc, "the force of a bond");
+    let step = "at every force evaluation";
+    assert!(pair.computed[0].contains(step), "{pair:?}");
+    let rate = at("rate ");
+    assert!(
+        rate.is.starts_with("rate scalar T [K/s] = flow("),
+        "{rate:?}"
+    );
+    assert!(rate.computed[0].contains(step), "{rate:?}");
+}
+
+#[test]
 fn what_is_remembered_says_when_it_is_computed() {
     let law = "model a \"t\" cite \"a, eq. 1\" { param c : micromodulus \"c\"
         weight g = 2*x/delta \"g\" history worst : number = 0 on bond \"worst\"
