@@ -135,8 +135,8 @@ fn parse(bytes: &[u8], identity: Identity) -> Result<Snapshot, InputError> {
     }
     if word(20) != identity.layout {
         return Err(InputError::new(
-            "the checkpoint was written with another traversal or instruction set",
-            "name that traversal and instruction set in the scene",
+            "the checkpoint was written with another traversal, precision or instruction set",
+            "name in the scene what it was written with",
         ));
     }
     let mut plain = Vec::new();
@@ -256,7 +256,7 @@ mod tests {
                 .to_string()
         };
         assert!(message(4, 6).contains("another scene"));
-        assert!(message(5, 7).contains("another traversal"));
+        assert!(message(5, 7).contains("another traversal, precision"));
         let missing = read(Path::new("no such file"), HERE)
             .unwrap_err()
             .to_string();

@@ -6,13 +6,14 @@ use pdlang::ir::Law;
 use pdlang_models::language::Pdlang;
 use pdlang_models::registry::{self, CATALOGUE};
 use pdlang_runtime::body::Flavour;
+use pdlang_runtime::checkpoint;
 use pdlang_runtime::engine::{
     self, Breaking, Engine, Isa, Precision, SetupError, State, Traversal,
 };
 use pdlang_runtime::scene::Scene;
 use pdlang_runtime::simulate::Simulation;
 use pdlang_tests::agreement::{Question, spec_for};
-use pdlang_tests::{bodies, laws};
+use pdlang_tests::{bodies, laws, steps};
 use std::path::Path;
 
 const STRAIN: f64 = 1e-3;
@@ -228,19 +229,44 @@ fn a_wave_stays_where_it_is_in_double_precision() {
 /// How far a step may go is asked in double precision: differences of single rates would shorten it.
 #[test]
 fn the_step_is_that_of_double_precision() {
-    let text = std::fs::read_to_string("../examples/heat-around-cracks.toml").expect("an example");
-    let text = text.replace("\"0.1 mm\"\nthickness", "\"0.5 mm\"\nthickness");
-    let single = text.replace("[family]", "[family]\nprecision = \"single\"");
-    assert_ne!(single, text);
-    let [single, double] = [single, text].map(|text| {
-        let scene = Scene::parse(&text, Path::new("scene.toml"), &Pdlang).expect("a scene");
-        scene.simulation().expect("a simulation")
-    });
+    let [single, double] = heat_in_both();
     assert_eq!(single.engine.is_single(), Isa::best() != Isa::Scalar);
     assert_eq!(single.stable, double.stable);
     // The rates of the first step are single again.
     let rates = |s: &Simulation| answers(&s.engine);
     assert_eq!(rates(&single) == rates(&double), Isa::best() == Isa::Scalar);
+}
+
+/// A scene in single and in double precision.
+fn heat_in_both() -> [Simulation; 2] {
+    let text = std::fs::read_to_string("../examples/heat-around-cracks.toml").expect("an example");
+    let text = text.replace("\"0.1 mm\"\nthickness", "\"0.5 mm\"\nthickness");
+    let single = text.replace("[family]", "[family]\nprecision = \"single\"");
+    assert_ne!(single, text);
+    [single, text].map(|text| {
+        let scene = Scene::parse(&text, Path::new("scene.toml"), &Pdlang).expect("a scene");
+        scene.simulation().expect("a simulation")
+    })
+}
+
+/// A run goes on in the precision in which it began, or not at all.
+#[test]
+fn a_checkpoint_knows_its_precision() {
+    let folder = steps::folder("single");
+    let file = folder.join("start");
+    let [mut single, mut double] = heat_in_both();
+    checkpoint::write(&file, single.identity, &single.snapshot()).expect("a checkpoint");
+    single
+        .resume(&file)
+        .expect("the precision of the checkpoint");
+    match double.resume(&file) {
+        Ok(()) => assert_eq!(Isa::best(), Isa::Scalar),
+        Err(e) => assert!(
+            e.to_string().contains("another traversal, precision"),
+            "{e}"
+        ),
+    }
+    std::fs::remove_dir_all(&folder).expect("it was made here");
 }
 
 /// One sweep sums, several sum.

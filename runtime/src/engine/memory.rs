@@ -4,7 +4,7 @@ use super::parts::PartReport;
 use super::program::Program;
 use super::records;
 use super::setup::neighbours;
-use super::{ConvolutionReport, Engine, Isa, Settings, SetupError};
+use super::{ConvolutionReport, Engine, Isa, Settings, SetupError, single};
 use crate::body::Body;
 use crate::layout::{Shape, plan_lattice};
 use crate::spec::{Spec, Stage};
@@ -186,6 +186,7 @@ fn estimate(spec: &Spec, programs: &[Program], body: &Body, s: &Settings, lattic
     let reverse = programs.iter().any(|p| p.reads_reverse) as u8 as f64;
     let families = spec.families.len() as f64;
     let mut per_node = 8.0 * (spec.slots.len() + 6 * spec.dim + 6) as f64;
+    per_node += single::bytes_per_node(spec, programs) as f64;
     let (slots, bonds, per_bond) = match &body.grid {
         Some(grid) if lattice => {
             let plan = plan_lattice(body, grid, s.reach(), s.materials.len());

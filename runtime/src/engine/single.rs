@@ -22,7 +22,7 @@ const NOTHING: f32 = 1e-30;
 #[derive(Debug, Default)]
 pub(super) struct Rounded {
     u: Vec<Vec<f32>>,
-    /// Slots that are read at the other end of a bond, in ascending order.
+    /// As [`slots_read`] has them.
     slots: Vec<usize>,
     values: Vec<Vec<f32>>,
     /// Records of the bonds of every sweep that reads them in single precision.
@@ -82,15 +82,27 @@ pub(super) fn tables(
     programs.iter().map(one).collect()
 }
 
+/// Slots that sums in single precision read at the other end of a bond, in ascending order; None where there are no such
+/// sums.
+fn slots_read(programs: &[Program]) -> Option<Vec<usize>> {
+    let single = || programs.iter().filter(|p| p.single.is_some());
+    single().next()?;
+    let mut slots: Vec<usize> = single().flat_map(|p| p.nbr.iter().copied()).collect();
+    slots.sort_unstable();
+    slots.dedup();
+    Some(slots)
+}
+
+/// Bytes per node of what is rounded.
+pub(super) fn bytes_per_node(spec: &Spec, programs: &[Program]) -> usize {
+    slots_read(programs).map_or(0, |slots| 4 * (spec.dim + slots.len()))
+}
+
 impl Rounded {
     pub fn new(spec: &Spec, programs: &[Program], len: usize) -> Rounded {
-        let single = || programs.iter().filter(|p| p.single.is_some());
-        if single().next().is_none() {
+        let Some(slots) = slots_read(programs) else {
             return Rounded::default();
-        }
-        let mut slots: Vec<usize> = single().flat_map(|p| p.nbr.iter().copied()).collect();
-        slots.sort_unstable();
-        slots.dedup();
+        };
         Rounded {
             u: vec![vec![0.0; len]; spec.dim],
             values: vec![vec![0.0; len]; slots.len()],

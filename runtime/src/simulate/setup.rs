@@ -234,6 +234,7 @@ pub(super) fn layout(engine: &Engine) -> u64 {
         .iter()
         .for_each(|s| f.bytes(&s.to_le_bytes()));
     // The same order, but other bits.
+    f.debug(&engine.is_single());
     if let Some(convolution) = engine.report().convolution {
         f.debug(&convolution.size);
     }
