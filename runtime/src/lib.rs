@@ -16,6 +16,7 @@ pub mod law;
 mod layout;
 pub mod matching;
 pub mod observe;
+pub mod pages;
 pub mod points;
 pub mod relax;
 pub mod run;

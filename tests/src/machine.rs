@@ -49,6 +49,11 @@ pub struct Counts([usize; Kind::ALL.len()]);
 
 /// The loop over bonds of an instance; `None` where it computes nothing.
 pub fn bond_loop(run: Run) -> Option<Counts> {
+    bond_loops(run).into_iter().next()
+}
+
+/// All innermost loops that compute, those that compute most first: a cloud has one for lists and one for runs.
+pub fn bond_loops(run: Run) -> Vec<Counts> {
     let code = reachable(run as usize as u64);
     let loops = loops(run as usize as u64, &code);
     let counted = |body: &BTreeSet<u64>| Counts::of(body.iter().map(|at| &code[at]));
@@ -58,10 +63,17 @@ pub fn bond_loop(run: Run) -> Option<Counts> {
         let within = |other: &BTreeSet<u64>| other.len() < body.len() && other.is_subset(body);
         !busy.iter().any(|other| within(other))
     };
-    let found = busy.iter().copied().filter(innermost).map(counted);
-    found
-        .max_by_key(|c| (c.arithmetic(), c.0))
-        .filter(|_| loops.len() > 1)
+    let mut found: Vec<Counts> = busy
+        .iter()
+        .copied()
+        .filter(innermost)
+        .map(counted)
+        .collect();
+    found.sort_unstable_by_key(|c| std::cmp::Reverse((c.arithmetic(), c.0)));
+    match loops.len() {
+        0 | 1 => vec![],
+        _ => found,
+    }
 }
 
 /// No instance of a sweep is longer: whatever is was not read right.

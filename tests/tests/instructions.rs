@@ -10,7 +10,7 @@ use pdlang_runtime::engine::Law;
 use pdlang_runtime::kernel::{Bond, Entries, Instances, Lane, Node, Run, Streams, Sweep};
 use pdlang_runtime::spec::{Op, Stage, SweepSpec};
 use pdlang_runtime::sweep_entries;
-use pdlang_tests::machine::{Counts, Kind, bond_loop};
+use pdlang_tests::machine::{Counts, Kind, bond_loop, bond_loops};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
@@ -76,9 +76,17 @@ struct Loops<'a> {
     family: Option<&'a str>,
     dim: usize,
     sweep: &'a SweepSpec,
-    cloud: bool,
+    over: Over,
     isa: Isa,
-    runs: [Run; 2],
+    instances: [Run; 2],
+}
+
+/// What the loop goes over: the rows of a lattice, or of a cloud, lists or runs.
+#[derive(Clone, Copy, PartialEq)]
+enum Over {
+    Lattice,
+    Lists,
+    Runs,
 }
 
 impl Loops<'_> {
@@ -90,7 +98,11 @@ impl Loops<'_> {
         };
         let names: BTreeSet<String> = self.sweep.name.split(' ').map(tensor).collect();
         let names: Vec<String> = names.into_iter().collect();
-        let traversal = if self.cloud { "cloud" } else { "lattice" };
+        let traversal = match self.over {
+            Over::Lattice => "lattice",
+            Over::Lists => "cloud",
+            Over::Runs => "runs",
+        };
         let (law, dim, isa) = (self.law, self.dim, self.isa.name());
         let family = self.family.map(|name| format!("[{name}]"));
         let (names, family) = (names.join(","), family.unwrap_or_default());
@@ -99,14 +111,15 @@ impl Loops<'_> {
 
     /// How many instructions of a kind the tape asks for on a row of bonds, each operation for itself.
     fn asked(&self, kind: Kind) -> usize {
-        let formed = match self.cloud {
+        let cloud = self.over != Over::Lattice;
+        let formed = match cloud {
             true => &self.sweep.from_streams.ops[..],
             false => &[],
         };
         let ops = || self.sweep.bond.ops.iter().chain(formed);
         let count = |is: fn(&Op) -> bool| ops().filter(|op| is(op)).count();
         // In a cloud 1/|xi| is made of positions, once.
-        let lengths = usize::from(self.cloud && ops().any(|op| matches!(op, Op::Ix)));
+        let lengths = usize::from(cloud && ops().any(|op| matches!(op, Op::Ix)));
         let reciprocal = count(|op| matches!(op, Op::Rsqrt(_))) + lengths;
         // AVX2 has no estimate in double precision.
         let (estimates, exact) = match self.isa {
@@ -143,12 +156,21 @@ impl Loops<'_> {
 
     /// Per row of bonds. Fused operations come from a tape alone: where a loop has more, it takes several rows at a time.
     fn counts(&self) -> [Counts; 2] {
-        self.runs.map(|run| {
-            let found = bond_loop(run).unwrap_or_else(|| panic!("{}: no loop", self.key()));
+        let of_one = |found: Counts| {
             let rows = found
                 .get(Kind::Fused)
                 .div_ceil(self.asked(Kind::Fused).max(1));
             found.of_one(rows.max(1))
+        };
+        self.instances.map(|run| {
+            let found = bond_loops(run).into_iter().map(of_one);
+            let memory = |c: &Counts| c.get(Kind::Memory);
+            let found = match self.over {
+                Over::Lattice => found.take(1).next(),
+                Over::Lists => found.take(2).max_by_key(memory),
+                Over::Runs => found.take(2).min_by_key(memory),
+            };
+            found.unwrap_or_else(|| panic!("{}: no loop", self.key()))
         })
     }
 }
@@ -171,13 +193,12 @@ fn visit(mut each: impl FnMut(Loops)) {
                 if sweep.stage != Stage::Step || sweep.bond.ops.is_empty() {
                     continue;
                 }
-                for cloud in [false, true] {
+                for over in [Over::Lattice, Over::Lists, Over::Runs] {
                     for isa in [Isa::Avx2, Isa::Avx512] {
                         let instances = isa.instances(entries);
-                        let runs = if cloud {
-                            instances.cloud
-                        } else {
-                            instances.lattice
+                        let instances = match over {
+                            Over::Lattice => instances.lattice,
+                            _ => instances.cloud,
                         };
                         let (law, dim) = (name.as_str(), kernel.dim);
                         let number = sweep.family as usize;
@@ -187,9 +208,9 @@ fn visit(mut each: impl FnMut(Loops)) {
                             family,
                             dim,
                             sweep,
-                            cloud,
+                            over,
                             isa,
-                            runs,
+                            instances,
                         });
                     }
                 }

@@ -28,15 +28,18 @@ fn engine(name: &str, body: &Body, partial_volume: bool, given: &[&[(&str, f64)]
     Engine::new(body, Law::interpreted(spec), settings).expect("a valid scene")
 }
 
-/// Numbers per bond, by the memory that they take. Heat in a jittered cloud has one: a row of bonds is then eight of them,
-/// eight indices and a mask, about which the law decides nothing.
+/// Numbers per bond, by the memory that they take. Heat in a jittered cloud has one; bonds of `pmb` between equal volumes
+/// have none, but slots and a mask, about which the law decides nothing.
 fn numbers(name: &str, body: &Body, partial_volume: bool, given: &[&[(&str, f64)]]) -> i64 {
     let bytes = |e: &Engine| e.report().bond_bytes as f64;
     let alike: Vec<&[(&str, f64)]> = given.iter().map(|_| &[][..]).collect();
-    let of_heat = bytes(&engine("heat", body, true, &alike));
-    let of_law = bytes(&engine(name, body, partial_volume, given));
-    let rows = of_heat / f64::from(8 * (8 + 4) + 1);
-    1 + ((of_law - of_heat) / (rows * 64.0)).round() as i64
+    let mut equal = body.clone();
+    equal.volume.fill(1.0);
+    let breaking: Vec<&[(&str, f64)]> = given.iter().map(|_| &[("s0", 0.5)][..]).collect();
+    let none = bytes(&engine("pmb", &equal, false, &breaking));
+    let one = bytes(&engine("heat", body, true, &alike)) - none;
+    let of_law = bytes(&engine(name, body, partial_volume, given)) - none;
+    (of_law / one).round() as i64
 }
 
 #[test]

@@ -1,19 +1,26 @@
-//! SELL-8 kernels in AVX-512 intrinsics: nodes in lanes, records loaded and transposed instead of gathered, one number
-//! per bond, software prefetch.
+//! SELL-8 kernels in AVX-512 intrinsics: nodes in lanes, rows that lead to nodes side by side loaded from arrays, records
+//! loaded and transposed instead of gathered in others, one number per bond, software prefetch.
+mod loads;
+
 use super::elastic;
 use super::lattice::root;
 use super::scene::{DX, HORIZON};
 use super::twin::Elastic;
+use loads::{Bonds, Numbers, Record, deformed, fetch, four, pack, single, stream};
+use pdlang_runtime::pages::zeros;
 use std::arch::x86_64::*;
 
-const AHEAD: usize = 24;
+/// Most rows of runs for a row of lists.
+const MOST: f64 = 1.6;
 /// Cells to the farthest in which a neighbour may be: nodes are less than (REACH + 1 - HORIZON/DX)/2 from their centres.
 const REACH: usize = 3;
 
 /// A cube of nodes, a cell each, as neighbour lists over slots in a given order.
 pub struct Twin {
-    /// Columns `start[c]..start[c + 1]` of the block of nodes 8 c ..
+    /// Columns `start[c]..start[c + 1]` of the block of nodes 8 c .., and where their slots begin: eight per column, or one
+    /// where all columns of the block lead to slots side by side.
     start: Vec<usize>,
+    at: Vec<usize>,
     index: Vec<u32>,
     bits: Vec<u8>,
     /// (1 + s0)^2
@@ -34,7 +41,21 @@ pub struct Twin {
     /// Correspondence: inverse shape tensor and stabilisation; rows of the state, the stabilisation behind the first.
     shape: [Vec<f64>; 6],
     penalty: Vec<f64>,
-    state: [Vec<Record>; 3],
+    state: [Vec<f64>; 9],
+    state_records: [Vec<Record>; 3],
+}
+
+/// Runs a kernel on every block, in the way of its rows.
+macro_rules! every_block {
+    ($twin:ident.$kernel:ident($($more:expr)?)) => {
+        for c in 0..$twin.start.len() - 1 {
+            if $twin.are_runs(c) {
+                $twin.$kernel::<true>(c $(, $more)?)
+            } else {
+                $twin.$kernel::<false>(c $(, $more)?)
+            }
+        }
+    };
 }
 
 impl Twin {
@@ -46,6 +67,7 @@ impl Twin {
         let zero = || vec![0.0; len];
         let mut t = Twin {
             start: vec![0],
+            at: vec![0],
             index: vec![],
             bits: vec![],
             limit: (1.0 + s0) * (1.0 + s0),
@@ -63,7 +85,8 @@ impl Twin {
             q: zero(),
             shape: std::array::from_fn(|_| zero()),
             penalty: zero(),
-            state: std::array::from_fn(|_| vec![Record([0.0; 4]); len]),
+            state: std::array::from_fn(|_| zero()),
+            state_records: std::array::from_fn(|_| vec![Record([0.0; 4]); len]),
         };
         // Slots that no node has repeat node 0; nothing reads them.
         let slots = slot.iter().max().map_or(0, |last| *last as usize + 1);
@@ -78,6 +101,10 @@ impl Twin {
         for block in cell.chunks(8).enumerate() {
             t.block(n, nodes, slot, block.0 * 8, block.1, c);
         }
+        for v in [&mut t.pmb, &mut t.lps, &mut t.heat, &mut t.w] {
+            *v = in_large_pages(v);
+        }
+        t.index = in_large_pages(&t.index);
         t
     }
 
@@ -94,23 +121,57 @@ impl Twin {
             .iter()
             .map(|&cell| neighbours(n, nodes, slot, cell))
             .collect();
-        let columns = lists.iter().map(Vec::len).max().unwrap_or(0);
-        for column in 0..columns {
-            let mut byte = 0u8;
-            for lane in 0..8 {
-                let list = lists.get(lane).map_or(&[][..], |l| l);
-                let there = column < list.len();
-                byte |= (there as u8) << lane;
-                let j = list
-                    .get(column)
-                    .or(list.last())
-                    .map_or(first as u32, |j| *j) as usize;
-                self.index.push(j as u32);
-                self.geometry(first + lane, j, there, c);
+        let rows = match runs(&lists, self.x[0].len() / 8 * 8) {
+            Some(runs) => {
+                self.index.extend(runs.iter().map(|(from, _)| from));
+                let lanes = [0, 1, 2, 3, 4, 5, 6, 7];
+                let row = |&(from, bits): &(u32, u8)| (lanes.map(|k| from + k), bits);
+                runs.iter().map(row).collect()
             }
-            self.bits.push(byte);
+            None => {
+                let rows = columns(&lists, first as u32);
+                self.index.extend(rows.iter().flat_map(|(row, _)| row));
+                rows
+            }
+        };
+        for (row, bits) in rows {
+            for (lane, j) in row.into_iter().enumerate() {
+                self.geometry(first + lane, j as usize, bits >> lane & 1 == 1, c);
+            }
+            self.bits.push(bits);
         }
         self.start.push(self.bits.len());
+        self.at.push(self.index.len());
+    }
+
+    /// Whether the rows of a block lead to slots side by side.
+    fn are_runs(&self, c: usize) -> bool {
+        self.at[c + 1] - self.at[c] == self.start[c + 1] - self.start[c]
+    }
+
+    fn slot(&self, c: usize, row: usize, lane: usize) -> usize {
+        let (index, row) = (&self.index[self.at[c]..], row - self.start[c]);
+        match self.are_runs(c) {
+            true => index[row] as usize + lane,
+            false => index[8 * row + lane] as usize,
+        }
+    }
+
+    /// Where the slots of a block stand, so that those of a column follow at the columns before it, or at eight times as many.
+    #[inline]
+    fn places<const RUN: bool>(&self, c: usize) -> *const u32 {
+        let before = if RUN {
+            self.start[c]
+        } else {
+            8 * self.start[c]
+        };
+        let from = self.index.as_ptr().wrapping_add(self.at[c]);
+        from.wrapping_sub(before)
+    }
+
+    /// Positions and displacements.
+    fn moved(&self) -> [Numbers<'_>; 2] {
+        [(&self.x, &self.x_records), (&self.u, &self.u_records)].map(Numbers::new)
     }
 
     fn geometry(&mut self, i: usize, j: usize, there: bool, c: f64) {
@@ -133,8 +194,8 @@ impl Twin {
 
     /// Heat: the rate in `f[0]` of the temperature in `u[0]`, but for the factor `q`.
     pub fn heat(&mut self) {
-        // SAFETY: checked in `new`; indices are slots.
-        unsafe { self.heat_avx512() }
+        // SAFETY: checked in `new`; indices are slots, those of runs with seven more behind.
+        unsafe { every_block!(self.heat_avx512()) }
     }
 
     /// What correspondence takes from whole families.
@@ -144,7 +205,7 @@ impl Twin {
                 let (node, mut shape, mut count) = (8 * c + lane, [0.0; 6], 0.0);
                 for row in self.start[c]..self.start[c + 1] {
                     if self.bits[row] >> lane & 1 == 1 {
-                        let j = self.index[8 * row + lane] as usize;
+                        let j = self.slot(c, row, lane);
                         let [x, y, z] = [0, 1, 2].map(|a| self.x[a][j] - self.x[a][node]);
                         let products = [x * x, x * y, x * z, y * y, y * z, z * z];
                         (0..6).for_each(|m| shape[m] += self.w[8 * row + lane] * products[m]);
@@ -165,16 +226,16 @@ impl Twin {
         // SAFETY: as above.
         pack(&self.u, &mut self.u_records);
         unsafe {
-            self.gradient_avx512(e);
-            self.pull_avx512();
+            every_block!(self.gradient_avx512(e));
+            every_block!(self.pull_avx512());
         }
     }
 
     /// PMB with breaking.
     pub fn pmb(&mut self) {
-        // SAFETY: checked in `new`; indices are slots.
+        // SAFETY: checked in `new`; indices are slots, those of runs with seven more behind.
         pack(&self.u, &mut self.u_records);
-        unsafe { self.pmb_avx512() }
+        unsafe { every_block!(self.pmb_avx512()) }
     }
 
     /// LPS: dilatation (with breaking), then force.
@@ -182,225 +243,273 @@ impl Twin {
         // SAFETY: as above.
         pack(&self.u, &mut self.u_records);
         unsafe {
-            self.dilatation_avx512();
-            self.force_avx512();
+            every_block!(self.dilatation_avx512());
+            every_block!(self.force_avx512());
         }
     }
 
     #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
-    unsafe fn heat_avx512(&mut self) {
+    unsafe fn heat_avx512<const RUN: bool>(&mut self, c: usize) {
         unsafe {
             let t = self.u[0].as_ptr();
-            for c in 0..self.start.len() - 1 {
-                let at = 8 * c;
-                let ti = _mm512_loadu_pd(t.add(at));
-                let mut sum = _mm512_setzero_pd();
-                for row in self.start[c]..self.start[c + 1] {
-                    let index = self.index.as_ptr().add(8 * row);
-                    _mm_prefetch::<_MM_HINT_T0>(index.wrapping_add(8 * AHEAD).cast());
-                    let bits = *self.bits.as_ptr().add(row);
-                    let d = _mm512_maskz_sub_pd(bits, gather(t, index), ti);
-                    sum = _mm512_fmadd_pd(stream(&self.heat, row), d, sum);
+            let places = self.places::<RUN>(c);
+            let at = 8 * c;
+            let ti = _mm512_loadu_pd(t.add(at));
+            let mut sum = _mm512_setzero_pd();
+            for row in self.start[c]..self.start[c + 1] {
+                let index = fetch::<RUN>(places, row);
+                let bits = *self.bits.as_ptr().add(row);
+                let d = _mm512_maskz_sub_pd(bits, single::<RUN>(t, index), ti);
+                sum = _mm512_fmadd_pd(stream(&self.heat, row), d, sum);
+            }
+            let rate = _mm512_mul_pd(sum, _mm512_loadu_pd(self.q.as_ptr().add(at)));
+            _mm512_storeu_pd(self.f[0].as_mut_ptr().add(at), rate);
+        }
+    }
+
+    #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
+    unsafe fn gradient_avx512<const RUN: bool>(&mut self, c: usize, material: &Elastic) {
+        unsafe {
+            let bits = self.bits.as_mut_ptr();
+            let [x, u] = self.moved();
+            let limit = _mm512_set1_pd(self.limit);
+            let places = self.places::<RUN>(c);
+            let at = 8 * c;
+            let (xi, ui) = (x.own(at), u.own(at));
+            let mut s = [_mm512_setzero_pd(); 9];
+            for row in self.start[c]..self.start[c + 1] {
+                let bond = Bonds::new::<RUN>(&x, &u, &xi, &ui, fetch::<RUN>(places, row));
+                let mut k = *bits.add(row);
+                let longest = _mm512_mul_pd(limit, bond.reference);
+                let dead = _mm512_mask_cmp_pd_mask::<_CMP_LT_OQ>(k, longest, bond.square);
+                if dead != 0 {
+                    k &= !dead;
+                    *bits.add(row) = k;
                 }
-                let rate = _mm512_mul_pd(sum, _mm512_loadu_pd(self.q.as_ptr().add(at)));
-                _mm512_storeu_pd(self.f[0].as_mut_ptr().add(at), rate);
+                let w = stream(&self.w, row);
+                let mut a = 0;
+                while a < 3 {
+                    let eta = _mm512_maskz_mul_pd(k, w, bond.eta[a]);
+                    let mut b = 0;
+                    while b < 3 {
+                        s[3 * a + b] = _mm512_fmadd_pd(eta, bond.xi[b], s[3 * a + b]);
+                        b += 1;
+                    }
+                    a += 1;
+                }
+            }
+            let load = |v: &Vec<f64>| _mm512_loadu_pd(v.as_ptr().add(at));
+            let shape = std::array::from_fn(|m| load(&self.shape[m]));
+            let penalty = load(&self.penalty);
+            let state = elastic::state(&s, &shape, penalty, material);
+            for (to, value) in self.state.iter_mut().zip(&state) {
+                _mm512_storeu_pd(to.as_mut_ptr().add(at), *value);
+            }
+            for (a, to) in self.state_records.iter_mut().enumerate() {
+                let rows = [state[3 * a], state[3 * a + 1], state[3 * a + 2], penalty];
+                let rows = rows.map(|v| {
+                    let mut lanes = [0.0; 8];
+                    _mm512_storeu_pd(lanes.as_mut_ptr(), v);
+                    lanes
+                });
+                for lane in 0..8 {
+                    to[at + lane].0 = [0, 1, 2, 3].map(|k| rows[k][lane]);
+                }
             }
         }
     }
 
     #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
-    unsafe fn gradient_avx512(&mut self, material: &Elastic) {
+    unsafe fn pull_avx512<const RUN: bool>(&mut self, c: usize) {
         unsafe {
-            let (x, u) = (self.x_records.as_ptr(), self.u_records.as_ptr());
-            let bits = self.bits.as_mut_ptr();
-            let limit = _mm512_set1_pd(self.limit);
-            for c in 0..self.start.len() - 1 {
-                let at = 8 * c;
-                let (xi, ui) = (own(x, at), own(u, at));
-                let mut s = [_mm512_setzero_pd(); 9];
-                for row in self.start[c]..self.start[c + 1] {
-                    let bond = bond(x, u, &xi, &ui, self.index.as_ptr().add(8 * row));
-                    let mut k = *bits.add(row);
-                    let longest = _mm512_mul_pd(limit, bond.reference);
-                    let dead = _mm512_mask_cmp_pd_mask::<_CMP_LT_OQ>(k, longest, bond.square);
-                    if dead != 0 {
-                        k &= !dead;
-                        *bits.add(row) = k;
-                    }
-                    let w = stream(&self.w, row);
-                    let mut a = 0;
-                    while a < 3 {
-                        let eta = _mm512_maskz_mul_pd(k, w, bond.eta[a]);
+            let [x, u] = self.moved();
+            let places = self.places::<RUN>(c);
+            let at = 8 * c;
+            let (xi, ui) = (x.own(at), u.own(at));
+            let load = |v: &Vec<f64>, at: usize| _mm512_loadu_pd(v.as_ptr().add(at));
+            let mine: [__m512d; 9] = std::array::from_fn(|k| load(&self.state[k], at));
+            let ci = _mm512_loadu_pd(self.penalty.as_ptr().add(at));
+            let mut f = [_mm512_setzero_pd(); 3];
+            for row in self.start[c]..self.start[c + 1] {
+                let index = fetch::<RUN>(places, row);
+                let bond = Bonds::new::<RUN>(&x, &u, &xi, &ui, index);
+                let w = stream(&self.w, row);
+                let bits = *self.bits.as_ptr().add(row);
+                let mut far = [[_mm512_setzero_pd(); 4]; 3];
+                let mut a = 0;
+                while a < 3 {
+                    if RUN {
+                        let j = *index as usize;
                         let mut b = 0;
                         while b < 3 {
-                            s[3 * a + b] = _mm512_fmadd_pd(eta, bond.xi[b], s[3 * a + b]);
+                            far[a][b] = load(&self.state[3 * a + b], j);
                             b += 1;
                         }
-                        a += 1;
+                        far[a][3] = load(&self.penalty, j);
+                    } else {
+                        far[a] = four(self.state_records[a].as_ptr(), index);
                     }
+                    a += 1;
                 }
-                let load = |v: &Vec<f64>| _mm512_loadu_pd(v.as_ptr().add(at));
-                let shape = std::array::from_fn(|m| load(&self.shape[m]));
-                let penalty = load(&self.penalty);
-                let state = elastic::state(&s, &shape, penalty, material);
-                for (a, to) in self.state.iter_mut().enumerate() {
-                    let rows = [state[3 * a], state[3 * a + 1], state[3 * a + 2], penalty];
-                    let rows = rows.map(|v| {
-                        let mut lanes = [0.0; 8];
-                        _mm512_storeu_pd(lanes.as_mut_ptr(), v);
-                        lanes
-                    });
-                    for lane in 0..8 {
-                        to[at + lane].0 = [0, 1, 2, 3].map(|k| rows[k][lane]);
+                let c = _mm512_add_pd(ci, far[0][3]);
+                let mut a = 0;
+                while a < 3 {
+                    let mut t = _mm512_mul_pd(c, bond.eta[a]);
+                    let mut b = 0;
+                    while b < 3 {
+                        let both = _mm512_add_pd(mine[3 * a + b], far[a][b]);
+                        t = _mm512_fmadd_pd(both, bond.xi[b], t);
+                        b += 1;
                     }
+                    f[a] = _mm512_mask3_fmadd_pd(w, t, f[a], bits);
+                    a += 1;
                 }
+            }
+            for (to, value) in self.f.iter_mut().zip(f) {
+                _mm512_storeu_pd(to.as_mut_ptr().add(at), value);
             }
         }
     }
 
     #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
-    unsafe fn pull_avx512(&mut self) {
+    unsafe fn pmb_avx512<const RUN: bool>(&mut self, c: usize) {
         unsafe {
-            let (x, u) = (self.x_records.as_ptr(), self.u_records.as_ptr());
-            let state = [0, 1, 2].map(|a| self.state[a].as_ptr());
-            for c in 0..self.start.len() - 1 {
-                let at = 8 * c;
-                let (xi, ui) = (own(x, at), own(u, at));
-                let mine = [own(state[0], at), own(state[1], at), own(state[2], at)];
-                let ci = _mm512_loadu_pd(self.penalty.as_ptr().add(at));
-                let mut f = [_mm512_setzero_pd(); 3];
-                for row in self.start[c]..self.start[c + 1] {
-                    let index = self.index.as_ptr().add(8 * row);
-                    let bond = bond(x, u, &xi, &ui, index);
-                    let w = stream(&self.w, row);
-                    let bits = *self.bits.as_ptr().add(row);
-                    let (first, cj) = four(state[0], index);
-                    let far = [
-                        first,
-                        components(state[1], index),
-                        components(state[2], index),
-                    ];
-                    let c = _mm512_add_pd(ci, cj);
-                    let mut a = 0;
-                    while a < 3 {
-                        let mut t = _mm512_mul_pd(c, bond.eta[a]);
-                        let mut b = 0;
-                        while b < 3 {
-                            let both = _mm512_add_pd(mine[a][b], far[a][b]);
-                            t = _mm512_fmadd_pd(both, bond.xi[b], t);
-                            b += 1;
-                        }
-                        f[a] = _mm512_mask3_fmadd_pd(w, t, f[a], bits);
-                        a += 1;
-                    }
-                }
-                for (to, value) in self.f.iter_mut().zip(f) {
-                    _mm512_storeu_pd(to.as_mut_ptr().add(at), value);
-                }
-            }
-        }
-    }
-
-    #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
-    unsafe fn pmb_avx512(&mut self) {
-        unsafe {
-            let (x, u) = (self.x_records.as_ptr(), self.u_records.as_ptr());
             let bits = self.bits.as_mut_ptr();
+            let [x, u] = self.moved();
             let limit = _mm512_set1_pd(self.limit);
-            for c in 0..self.start.len() - 1 {
-                let at = 8 * c;
-                let (xi, ui) = (own(x, at), own(u, at));
-                let mut f = [_mm512_setzero_pd(); 3];
-                for row in self.start[c]..self.start[c + 1] {
-                    let (y, square, reference) =
-                        deformed(x, u, &xi, &ui, self.index.as_ptr().add(8 * row));
-                    let (ix, iy) = (root(reference), root(square));
-                    let mut k = *bits.add(row);
-                    let longest = _mm512_mul_pd(limit, reference);
-                    let dead = _mm512_mask_cmp_pd_mask::<_CMP_LT_OQ>(k, longest, square);
-                    if dead != 0 {
-                        k &= !dead;
-                        *bits.add(row) = k;
-                    }
-                    let d = _mm512_maskz_sub_pd(k, ix, iy);
-                    let t = _mm512_mul_pd(stream(&self.pmb, row), d);
-                    f[0] = _mm512_fmadd_pd(t, y[0], f[0]);
-                    f[1] = _mm512_fmadd_pd(t, y[1], f[1]);
-                    f[2] = _mm512_fmadd_pd(t, y[2], f[2]);
+            let places = self.places::<RUN>(c);
+            let at = 8 * c;
+            let (xi, ui) = (x.own(at), u.own(at));
+            let mut f = [_mm512_setzero_pd(); 3];
+            for row in self.start[c]..self.start[c + 1] {
+                let (y, square, reference) =
+                    deformed::<RUN>(&x, &u, &xi, &ui, fetch::<RUN>(places, row));
+                let (ix, iy) = (root(reference), root(square));
+                let mut k = *bits.add(row);
+                let longest = _mm512_mul_pd(limit, reference);
+                let dead = _mm512_mask_cmp_pd_mask::<_CMP_LT_OQ>(k, longest, square);
+                if dead != 0 {
+                    k &= !dead;
+                    *bits.add(row) = k;
                 }
-                _mm512_storeu_pd(self.f[0].as_mut_ptr().add(at), f[0]);
-                _mm512_storeu_pd(self.f[1].as_mut_ptr().add(at), f[1]);
-                _mm512_storeu_pd(self.f[2].as_mut_ptr().add(at), f[2]);
+                let d = _mm512_maskz_sub_pd(k, ix, iy);
+                let t = _mm512_mul_pd(stream(&self.pmb, row), d);
+                f[0] = _mm512_fmadd_pd(t, y[0], f[0]);
+                f[1] = _mm512_fmadd_pd(t, y[1], f[1]);
+                f[2] = _mm512_fmadd_pd(t, y[2], f[2]);
             }
+            _mm512_storeu_pd(self.f[0].as_mut_ptr().add(at), f[0]);
+            _mm512_storeu_pd(self.f[1].as_mut_ptr().add(at), f[1]);
+            _mm512_storeu_pd(self.f[2].as_mut_ptr().add(at), f[2]);
         }
     }
 
     #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
-    unsafe fn dilatation_avx512(&mut self) {
+    unsafe fn dilatation_avx512<const RUN: bool>(&mut self, c: usize) {
         unsafe {
-            let (x, u) = (self.x_records.as_ptr(), self.u_records.as_ptr());
             let bits = self.bits.as_mut_ptr();
+            let [x, u] = self.moved();
             let limit = _mm512_set1_pd(self.limit);
-            for c in 0..self.start.len() - 1 {
-                let at = 8 * c;
-                let (xi, ui) = (own(x, at), own(u, at));
-                let mut sum = _mm512_setzero_pd();
-                for row in self.start[c]..self.start[c + 1] {
-                    let (_, square, reference) =
-                        deformed(x, u, &xi, &ui, self.index.as_ptr().add(8 * row));
-                    let (ix, iy) = (root(reference), root(square));
-                    let mut k = *bits.add(row);
-                    let longest = _mm512_mul_pd(limit, reference);
-                    let dead = _mm512_mask_cmp_pd_mask::<_CMP_LT_OQ>(k, longest, square);
-                    if dead != 0 {
-                        k &= !dead;
-                        *bits.add(row) = k;
-                    }
-                    let d = _mm512_sub_pd(ix, iy);
-                    let y = _mm512_mul_pd(square, iy);
-                    let extension = _mm512_maskz_mul_pd(k, y, d);
-                    sum = _mm512_fmadd_pd(stream(&self.lps, row), extension, sum);
+            let places = self.places::<RUN>(c);
+            let at = 8 * c;
+            let (xi, ui) = (x.own(at), u.own(at));
+            let mut sum = _mm512_setzero_pd();
+            for row in self.start[c]..self.start[c + 1] {
+                let (_, square, reference) =
+                    deformed::<RUN>(&x, &u, &xi, &ui, fetch::<RUN>(places, row));
+                let (ix, iy) = (root(reference), root(square));
+                let mut k = *bits.add(row);
+                let longest = _mm512_mul_pd(limit, reference);
+                let dead = _mm512_mask_cmp_pd_mask::<_CMP_LT_OQ>(k, longest, square);
+                if dead != 0 {
+                    k &= !dead;
+                    *bits.add(row) = k;
                 }
-                let a = _mm512_mul_pd(sum, _mm512_loadu_pd(self.q.as_ptr().add(at)));
-                _mm512_storeu_pd(self.a.as_mut_ptr().add(at), a);
+                let d = _mm512_sub_pd(ix, iy);
+                let y = _mm512_mul_pd(square, iy);
+                let extension = _mm512_maskz_mul_pd(k, y, d);
+                sum = _mm512_fmadd_pd(stream(&self.lps, row), extension, sum);
             }
+            let a = _mm512_mul_pd(sum, _mm512_loadu_pd(self.q.as_ptr().add(at)));
+            _mm512_storeu_pd(self.a.as_mut_ptr().add(at), a);
         }
     }
 
     #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
-    unsafe fn force_avx512(&mut self) {
+    unsafe fn force_avx512<const RUN: bool>(&mut self, c: usize) {
         unsafe {
-            let (x, u) = (self.x_records.as_ptr(), self.u_records.as_ptr());
+            let [x, u] = self.moved();
             let (pa, pb) = (self.a.as_ptr(), self.b.as_ptr());
-            for c in 0..self.start.len() - 1 {
-                let at = 8 * c;
-                let (xi, ui) = (own(x, at), own(u, at));
-                let (ai, bi) = (_mm512_loadu_pd(pa.add(at)), _mm512_loadu_pd(pb.add(at)));
-                let mut f = [_mm512_setzero_pd(); 3];
-                for row in self.start[c]..self.start[c + 1] {
-                    let index = self.index.as_ptr().add(8 * row);
-                    let (y, square, reference) = deformed(x, u, &xi, &ui, index);
-                    let (ix, iy) = (root(reference), root(square));
-                    let d = _mm512_sub_pd(ix, iy);
-                    let aj = gather(pa, index);
-                    let bj = gather(pb, index);
-                    let t = _mm512_mul_pd(_mm512_add_pd(ai, aj), iy);
-                    let t = _mm512_fmadd_pd(_mm512_add_pd(bi, bj), d, t);
-                    let t = _mm512_maskz_mul_pd(
-                        *self.bits.as_ptr().add(row),
-                        _mm512_mul_pd(stream(&self.lps, row), ix),
-                        t,
-                    );
-                    f[0] = _mm512_fmadd_pd(t, y[0], f[0]);
-                    f[1] = _mm512_fmadd_pd(t, y[1], f[1]);
-                    f[2] = _mm512_fmadd_pd(t, y[2], f[2]);
-                }
-                _mm512_storeu_pd(self.f[0].as_mut_ptr().add(at), f[0]);
-                _mm512_storeu_pd(self.f[1].as_mut_ptr().add(at), f[1]);
-                _mm512_storeu_pd(self.f[2].as_mut_ptr().add(at), f[2]);
+            let places = self.places::<RUN>(c);
+            let at = 8 * c;
+            let (xi, ui) = (x.own(at), u.own(at));
+            let (ai, bi) = (_mm512_loadu_pd(pa.add(at)), _mm512_loadu_pd(pb.add(at)));
+            let mut f = [_mm512_setzero_pd(); 3];
+            for row in self.start[c]..self.start[c + 1] {
+                let index = fetch::<RUN>(places, row);
+                let (y, square, reference) = deformed::<RUN>(&x, &u, &xi, &ui, index);
+                let (ix, iy) = (root(reference), root(square));
+                let d = _mm512_sub_pd(ix, iy);
+                let aj = single::<RUN>(pa, index);
+                let bj = single::<RUN>(pb, index);
+                let t = _mm512_mul_pd(_mm512_add_pd(ai, aj), iy);
+                let t = _mm512_fmadd_pd(_mm512_add_pd(bi, bj), d, t);
+                let t = _mm512_maskz_mul_pd(
+                    *self.bits.as_ptr().add(row),
+                    _mm512_mul_pd(stream(&self.lps, row), ix),
+                    t,
+                );
+                f[0] = _mm512_fmadd_pd(t, y[0], f[0]);
+                f[1] = _mm512_fmadd_pd(t, y[1], f[1]);
+                f[2] = _mm512_fmadd_pd(t, y[2], f[2]);
             }
+            _mm512_storeu_pd(self.f[0].as_mut_ptr().add(at), f[0]);
+            _mm512_storeu_pd(self.f[1].as_mut_ptr().add(at), f[1]);
+            _mm512_storeu_pd(self.f[2].as_mut_ptr().add(at), f[2]);
         }
     }
+}
+
+/// Rows that lead to slots side by side, by the slot of lane 0 and the lanes that have a bond; None where there are too many.
+fn runs(lists: &[Vec<u32>], slots: usize) -> Option<Vec<(u32, u8)>> {
+    let mut starts: Vec<(i64, u8)> = vec![];
+    for (lane, list) in lists.iter().enumerate() {
+        starts.extend(
+            list.iter()
+                .map(|&j| (i64::from(j) - lane as i64, 1 << lane)),
+        );
+    }
+    starts.sort_unstable();
+    let row = |same: &[(i64, u8)]| {
+        let from = usize::try_from(same[0].0).ok()?;
+        let inside = from + 8 <= slots;
+        inside.then(|| (from as u32, same.iter().map(|s| s.1).sum()))
+    };
+    let rows = starts.chunk_by(|a, b| a.0 == b.0).map(row);
+    let rows: Vec<_> = rows.collect::<Option<_>>()?;
+    let longest = lists.iter().map(Vec::len).max().unwrap_or(0);
+    (rows.len() <= (longest as f64 * MOST) as usize).then_some(rows)
+}
+
+/// Rows of lists; what a list lacks repeats its last.
+fn columns(lists: &[Vec<u32>], first: u32) -> Vec<([u32; 8], u8)> {
+    let longest = lists.iter().map(Vec::len).max().unwrap_or(0);
+    let row = |k: usize| {
+        let list = |lane: usize| lists.get(lane).map_or(&[][..], |list| list);
+        let other = |lane: usize| list(lane).get(k).or(list(lane).last()).copied();
+        let there = |lane: usize| u8::from(k < list(lane).len()) << lane;
+        (
+            std::array::from_fn(|lane| other(lane).unwrap_or(first)),
+            (0..8).map(there).sum(),
+        )
+    };
+    (0..longest).map(row).collect()
+}
+
+fn in_large_pages<T: Copy + Default>(v: &[T]) -> Vec<T> {
+    let mut copy = zeros(v.len());
+    copy.copy_from_slice(v);
+    copy
 }
 
 /// Slots within the horizon, in the order of where they lie.
@@ -422,151 +531,4 @@ fn neighbours(n: usize, nodes: &[[f64; 3]], slot: &[u32], cell: [usize; 3]) -> V
         }
     }
     list
-}
-
-/// Three components of a node in half a cache line.
-#[derive(Clone)]
-#[repr(C, align(32))]
-struct Record([f64; 4]);
-
-fn pack(v: &[Vec<f64>; 3], records: &mut [Record]) {
-    for (slot, r) in records.iter_mut().enumerate() {
-        r.0 = [v[0][slot], v[1][slot], v[2][slot], 0.0];
-    }
-}
-
-#[inline]
-#[target_feature(enable = "avx512f")]
-unsafe fn own(v: *const Record, at: usize) -> [__m512d; 3] {
-    let index: [u32; 8] = std::array::from_fn(|k| (at + k) as u32);
-    unsafe { components(v, index.as_ptr()) }
-}
-
-/// Components of eight records.
-#[inline]
-#[target_feature(enable = "avx512f")]
-unsafe fn components(v: *const Record, index: *const u32) -> [__m512d; 3] {
-    unsafe { four(v, index).0 }
-}
-
-/// Components of eight records, and what stands behind them.
-#[inline]
-#[target_feature(enable = "avx512f")]
-unsafe fn four(v: *const Record, index: *const u32) -> ([__m512d; 3], __m512d) {
-    unsafe {
-        let mut r = [_mm512_setzero_pd(); 4];
-        let mut k = 0;
-        while k < 4 {
-            let low = _mm256_load_pd(v.add(*index.add(k) as usize).cast());
-            let high = _mm256_load_pd(v.add(*index.add(k + 4) as usize).cast());
-            r[k] = _mm512_insertf64x4::<1>(_mm512_castpd256_pd512(low), high);
-            k += 1;
-        }
-        let (even, even2) = (
-            _mm512_unpacklo_pd(r[0], r[1]),
-            _mm512_unpacklo_pd(r[2], r[3]),
-        );
-        let (odd, odd2) = (
-            _mm512_unpackhi_pd(r[0], r[1]),
-            _mm512_unpackhi_pd(r[2], r[3]),
-        );
-        let low = _mm512_setr_epi64(0, 1, 8, 9, 4, 5, 12, 13);
-        let high = _mm512_setr_epi64(2, 3, 10, 11, 6, 7, 14, 15);
-        let first = [
-            _mm512_permutex2var_pd(even, low, even2),
-            _mm512_permutex2var_pd(odd, low, odd2),
-            _mm512_permutex2var_pd(even, high, even2),
-        ];
-        (first, _mm512_permutex2var_pd(odd, high, odd2))
-    }
-}
-
-/// Eight single values.
-#[inline]
-#[target_feature(enable = "avx512f,avx")]
-unsafe fn gather(v: *const f64, index: *const u32) -> __m512d {
-    unsafe {
-        let mut pair = [_mm_setzero_pd(); 4];
-        let mut k = 0;
-        while k < 4 {
-            let low = _mm_load_sd(v.add(*index.add(2 * k) as usize));
-            pair[k] = _mm_loadh_pd(low, v.add(*index.add(2 * k + 1) as usize));
-            k += 1;
-        }
-        let low = _mm256_insertf128_pd::<1>(_mm256_castpd128_pd256(pair[0]), pair[1]);
-        let high = _mm256_insertf128_pd::<1>(_mm256_castpd128_pd256(pair[2]), pair[3]);
-        _mm512_insertf64x4::<1>(_mm512_castpd256_pd512(low), high)
-    }
-}
-
-/// Eight values of a row, the ones that come later fetched ahead.
-#[inline]
-#[target_feature(enable = "avx512f")]
-unsafe fn stream(v: &[f64], row: usize) -> __m512d {
-    unsafe {
-        let p = v.as_ptr().add(8 * row);
-        _mm_prefetch::<_MM_HINT_T0>(p.wrapping_add(8 * AHEAD).cast());
-        _mm512_loadu_pd(p)
-    }
-}
-
-/// Eight bonds, with |Y|^2 and |xi|^2.
-struct Bonds {
-    xi: [__m512d; 3],
-    eta: [__m512d; 3],
-    y: [__m512d; 3],
-    square: __m512d,
-    reference: __m512d,
-}
-
-#[inline]
-#[target_feature(enable = "avx512f")]
-unsafe fn bond(
-    x: *const Record,
-    u: *const Record,
-    xi: &[__m512d; 3],
-    ui: &[__m512d; 3],
-    index: *const u32,
-) -> Bonds {
-    unsafe {
-        _mm_prefetch::<_MM_HINT_T0>(index.wrapping_add(8 * AHEAD).cast());
-        let (xj, uj) = (components(x, index), components(u, index));
-        let (mut xi, mut eta, mut y) = (*xi, *ui, *ui);
-        let mut a = 0;
-        while a < 3 {
-            xi[a] = _mm512_sub_pd(xj[a], xi[a]);
-            eta[a] = _mm512_sub_pd(uj[a], ui[a]);
-            y[a] = _mm512_add_pd(xi[a], eta[a]);
-            a += 1;
-        }
-        let (square, reference) = (norm(&y), norm(&xi));
-        Bonds {
-            xi,
-            eta,
-            y,
-            square,
-            reference,
-        }
-    }
-}
-
-#[inline]
-#[target_feature(enable = "avx512f")]
-fn norm(v: &[__m512d; 3]) -> __m512d {
-    let two = _mm512_fmadd_pd(v[1], v[1], _mm512_mul_pd(v[0], v[0]));
-    _mm512_fmadd_pd(v[2], v[2], two)
-}
-
-/// Y = xi + eta, |Y|^2, |xi|^2.
-#[inline]
-#[target_feature(enable = "avx512f")]
-unsafe fn deformed(
-    x: *const Record,
-    u: *const Record,
-    xi: &[__m512d; 3],
-    ui: &[__m512d; 3],
-    index: *const u32,
-) -> ([__m512d; 3], __m512d, __m512d) {
-    let bond = unsafe { bond(x, u, xi, ui, index) };
-    (bond.y, bond.square, bond.reference)
 }

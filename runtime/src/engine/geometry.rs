@@ -5,6 +5,7 @@ use super::{Engine, Precision};
 use crate::kernel::norm_squared;
 use crate::lane::{Isa, Memory};
 use crate::layout::{Family, Layout, Stencil};
+use crate::pages::zeros;
 use crate::spec::{Op, Spec, Stage, Tape};
 use crate::tape::{Code, Leaf, Many, length, numbers, operands};
 use crate::traverse::{CHUNK, Stream};
@@ -101,13 +102,19 @@ impl Kept {
         }
     }
 
-    /// Of all bonds of a family.
-    fn new(values: Vec<f64>, family: &Family) -> Kept {
-        let rows = || values.chunks_exact(CHUNK).zip(&family.present);
-        let there = |bits: u8| (0..CHUNK).filter(move |lane| bits >> lane & 1 == 1);
-        let mut cells = rows().flat_map(|(row, &bits)| there(bits).map(|lane| row[lane]));
-        let first = cells.next().unwrap_or(0.0);
-        if cells.all(|v| v.to_bits() == first.to_bits()) {
+    /// Of all bonds of a family. Nobody reads what stands in lanes without a bond: like another of the row, it makes no row
+    /// that differs from others for its sake.
+    fn new(mut values: Vec<f64>, family: &Family) -> Kept {
+        for (row, &bits) in values.chunks_exact_mut(CHUNK).zip(&family.present) {
+            if let Some(&there) = row.get(bits.trailing_zeros() as usize) {
+                let lanes = row.iter_mut().enumerate();
+                lanes
+                    .filter(|(lane, _)| bits >> lane & 1 == 0)
+                    .for_each(|(_, v)| *v = there);
+            }
+        }
+        let first = values.first().copied().unwrap_or(0.0);
+        if values.iter().all(|v| v.to_bits() == first.to_bits()) {
             return Kept::alike(first);
         }
         let (values, rows) = match few(&values) {
@@ -298,7 +305,7 @@ impl<'a> Streams<'a> {
         for (family, fresh) in self.families.iter().zip(&self.fresh) {
             let cells = family.present.len() * CHUNK;
             let places = fresh.iter().flat_map(|tape| &tape.streams);
-            let mut streams: Vec<Vec<f64>> = places.clone().map(|_| vec![0.0; cells]).collect();
+            let mut streams: Vec<Vec<f64>> = places.clone().map(|_| zeros(cells)).collect();
             self.fill(family, fresh, &mut streams);
             for (&to, stream) in places.zip(streams) {
                 kept[to] = Kept::new(stream, family);

@@ -195,6 +195,8 @@ fn estimate(spec: &Spec, programs: &[Program], body: &Body, s: &Settings, lattic
         }
         _ => {
             let n = body.x.len() as f64;
+            // Lanes of runs that lack a bond, in a body that only nearly is a lattice.
+            let lanes = if body.grid.is_some() { 1.1 } else { 1.4 };
             let streams = streams_of_bonds(spec, programs, s.materials.len());
             let bonds = match s.horizon[..] {
                 [horizon] => n * neighbours(body, horizon),
@@ -204,7 +206,7 @@ fn estimate(spec: &Spec, programs: &[Program], body: &Body, s: &Settings, lattic
                 }
             };
             per_node += 32.0 * records::per_node(spec, programs) as f64;
-            (n, bonds, 4.5 + 8.0 * streams as f64)
+            (n, lanes * bonds, 4.5 + 8.0 * streams as f64)
         }
     };
     let weights = spec.weights.len() as f64;

@@ -141,6 +141,8 @@ impl Engine {
             pattern: null(),
             records: null(),
             index: null(),
+            index_at: null(),
+            x: std::array::from_fn(|a| self.layout.x[a].as_ptr()),
             streams: [Stream::NONE; MAX_GEOMETRY],
             history: [null(); MAX_HISTORIES],
             next: [null_mut(); MAX_HISTORIES],
@@ -195,7 +197,10 @@ impl Engine {
         }
         match &self.families[self.programs[k].family].shape {
             Shape::Stencil(s) => call.pattern = s.pattern.as_ptr(),
-            Shape::List(index) => call.index = index.as_ptr(),
+            Shape::List(list) => {
+                call.index = list.index.as_ptr();
+                call.index_at = list.at.as_ptr();
+            }
         }
     }
 

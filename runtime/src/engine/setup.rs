@@ -19,6 +19,7 @@ use crate::lane::Record;
 use crate::layout::{
     Family, Filter, INCLUSIVE, Layout, Shape, cloud, lattice, partial_volume, plan_lattice,
 };
+use crate::pages::zeros;
 use crate::spec::{SlotKind, Spec, Stage};
 use crate::tape::{Code, Limits, Place, length, truth};
 use crate::traverse::CHUNK;
@@ -303,7 +304,7 @@ fn assemble(
         uses,
         x_records: records(&|slot| layout.position(slot)),
         u_records: records(&|_| [0.0; 3]),
-        arrays: (0..arrays).map(|_| vec![0.0; layout.len]).collect(),
+        arrays: (0..arrays).map(|_| zeros(layout.len)).collect(),
         broken: vec![0; layout.chunks()],
         needs: Needs::of(&spec),
         sleep: Sleep::new(&spec, &programs, &homes),

@@ -104,10 +104,6 @@ impl Memory for Avx2 {
     fn first(self) -> f64 {
         unsafe { _mm256_cvtsd_f64(self.0) }
     }
-    #[inline(always)]
-    fn prefetch(p: *const u8) {
-        unsafe { _mm_prefetch::<_MM_HINT_T0>(p.cast()) }
-    }
 }
 
 impl Records for Avx2 {

@@ -105,10 +105,6 @@ impl Memory for Avx512 {
     fn first(self) -> f64 {
         unsafe { _mm512_cvtsd_f64(self.0) }
     }
-    #[inline(always)]
-    fn prefetch(p: *const u8) {
-        unsafe { _mm_prefetch::<_MM_HINT_T0>(p.cast()) }
-    }
 }
 
 impl Records for Avx512 {

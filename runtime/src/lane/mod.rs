@@ -55,7 +55,18 @@ pub(crate) trait Memory: Lane {
     fn mask(bits: u16) -> Self::Mask;
     fn bits(m: Self::Mask) -> u16;
     fn first(self) -> f64;
-    fn prefetch(p: *const u8);
+    /// Fetches what is read once: what is read again and again stays in the cache.
+    #[inline(always)]
+    fn prefetch(p: *const u8) {
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: a prefetch never faults, and SSE is part of the x86-64 baseline.
+        unsafe {
+            use std::arch::x86_64::{_MM_HINT_NTA, _mm_prefetch};
+            _mm_prefetch::<_MM_HINT_NTA>(p.cast())
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        let _ = p;
+    }
 }
 
 /// What a cloud does with a lane besides.

@@ -158,16 +158,6 @@ impl Memory for f64 {
     fn first(self) -> f64 {
         self
     }
-    #[inline(always)]
-    fn prefetch(p: *const u8) {
-        #[cfg(target_arch = "x86_64")]
-        // SAFETY: a prefetch never faults, and SSE is part of the x86-64 baseline.
-        unsafe {
-            std::arch::x86_64::_mm_prefetch::<{ std::arch::x86_64::_MM_HINT_T0 }>(p.cast())
-        }
-        #[cfg(not(target_arch = "x86_64"))]
-        let _ = p;
-    }
 }
 
 impl Records for f64 {

@@ -125,10 +125,6 @@ impl Memory for Single {
     fn first(self) -> f64 {
         unsafe { _mm256_cvtss_f32(self.0) as f64 }
     }
-    #[inline(always)]
-    fn prefetch(p: *const u8) {
-        unsafe { _mm_prefetch::<_MM_HINT_T0>(p.cast()) }
-    }
 }
 
 vector! {
@@ -235,9 +231,5 @@ impl Memory for Wide {
     #[inline(always)]
     fn first(self) -> f64 {
         f64::from(self.to_array()[0])
-    }
-    #[inline(always)]
-    fn prefetch(p: *const u8) {
-        unsafe { _mm_prefetch::<_MM_HINT_T0>(p.cast()) }
     }
 }

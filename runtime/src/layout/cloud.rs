@@ -1,7 +1,8 @@
 //! Cloud layout: any nodes, spatially ordered, neighbour lists in SELL-8 (eight nodes in lanes, one column a row).
 use super::search::Cells;
-use super::{Family, Filter, Ghosts, INCLUSIVE, Layout, NONE, Shape, partial_volume};
+use super::{Family, Filter, Ghosts, INCLUSIVE, Layout, List, NONE, Shape, partial_volume};
 use crate::body::Body;
+use crate::pages::zeros;
 use crate::tape::{length, length_squared};
 use crate::traverse::CHUNK;
 use rayon::prelude::*;
@@ -35,9 +36,8 @@ pub(crate) fn cloud(
     };
     let side = side(body, delta);
     let families = filters.iter().map(|filter| {
-        let search = |p: usize, found: &mut Vec<u32>, order: &mut Vec<u64>| {
+        let search = |p: usize, found: &mut Vec<u32>| {
             cells.neighbours(p, found);
-            by_direction(&cells, side, p, found, order);
             if graded {
                 found.retain(|&q| within(p, q));
             }
@@ -49,7 +49,10 @@ pub(crate) fn cloud(
                 });
             }
         };
-        family(&layout, &search)
+        let order = |p: usize, found: &mut [u32], room: &mut Vec<u64>| {
+            by_direction(&cells, side, p, found, room);
+        };
+        family(&layout, &search, &order)
     });
     let families = families.collect();
     (layout, families)
@@ -185,12 +188,15 @@ fn by_direction(cells: &Cells, side: f64, p: usize, found: &mut [u32], order: &m
 }
 
 /// Order of nodes in memory: blocks along a Morton curve, rows along x inside a block. Neighbours share the
-/// cache, and the eight lanes of a chunk read neighbours that are often next to each other.
+/// cache, and the eight lanes of a chunk read neighbours that are next to each other, but at the ends of a row.
 struct Curve {
     low: [f64; 3],
-    block: f64,
+    block: [f64; 3],
     cell: f64,
 }
+
+/// Cells of a block along each axis.
+const CELLS: [f64; 3] = [64.0, 8.0, 8.0];
 
 impl Curve {
     fn new(body: &Body, delta: f64) -> Curve {
@@ -203,13 +209,14 @@ impl Curve {
         let cell = side(body, delta);
         Curve {
             low,
-            block: 8.0 * cell,
+            block: CELLS.map(|n| n * cell),
             cell,
         }
     }
 
     fn of(&self, x: [f64; 3]) -> (u64, [u64; 3]) {
-        let block: [u64; 3] = std::array::from_fn(|a| ((x[a] - self.low[a]) / self.block) as u64);
+        let block: [u64; 3] =
+            std::array::from_fn(|a| ((x[a] - self.low[a]) / self.block[a]) as u64);
         let cell = |a: usize| ((x[a] - self.low[a]) / self.cell + 0.5) as u64;
         // Along x the position itself decides; positive floats are ordered like their bits.
         (
@@ -233,45 +240,73 @@ fn morton(c: [u64; 3]) -> u64 {
 /// Chunks that one task looks at.
 const BLOCK: usize = 256;
 
-/// Neighbours of a slot, into the first list; the second is room to work.
-type Search<'a> = dyn Fn(usize, &mut Vec<u32>, &mut Vec<u64>) + Sync + 'a;
+/// Neighbours of a slot, into the list; then some of them by direction, with room to work.
+type Search<'a> = dyn Fn(usize, &mut Vec<u32>) + Sync + 'a;
+type Order<'a> = dyn Fn(usize, &mut [u32], &mut Vec<u64>) + Sync + 'a;
+
+/// Rows of some chunks, one behind the other.
+#[derive(Default)]
+struct Rows {
+    index: Vec<u32>,
+    present: Vec<u8>,
+    /// Per chunk: rows, and slots.
+    counts: Vec<[u32; 2]>,
+}
 
 /// The neighbour lists of a block of chunks, then all one behind the other.
-fn family(layout: &Layout, search: &Search) -> Family {
+fn family(layout: &Layout, search: &Search, order: &Order) -> Family {
     let chunks = layout.chunks();
-    let blocks: Vec<(Vec<u32>, Vec<u8>, Vec<u32>)> = (0..chunks.div_ceil(BLOCK))
+    // Lanes without a bond look at slots too: at those of nodes, padding and ghosts.
+    let slots = chunks * CHUNK + layout.ghosts.to.len();
+    let blocks: Vec<Rows> = (0..chunks.div_ceil(BLOCK))
         .into_par_iter()
         .map_init(Default::default, |room: &mut ([Vec<u32>; CHUNK], _), b| {
-            let (found, order) = room;
-            let (mut index, mut present, mut rows) = (vec![], vec![], vec![]);
+            let (found, room) = room;
+            let mut rows = Rows::default();
             for c in b * BLOCK..((b + 1) * BLOCK).min(chunks) {
                 for (p, found) in (c * CHUNK..).zip(found.iter_mut()) {
                     found.clear();
                     if layout.user[p] != NONE {
-                        search(p, found, order);
+                        search(p, found);
+                        found.sort_unstable();
                     }
                 }
-                rows.push(append(c * CHUNK, found, &mut index, &mut present));
+                let before = [rows.present.len(), rows.index.len()];
+                if !rows.add_runs(found, slots) {
+                    for (p, found) in (c * CHUNK..).zip(found.iter_mut()) {
+                        order(p, found, room);
+                    }
+                    rows.add_lists(c * CHUNK, found);
+                }
+                let after = [rows.present.len(), rows.index.len()];
+                rows.counts
+                    .push([0, 1].map(|k| (after[k] - before[k]) as u32));
             }
-            (index, present, rows)
+            rows
         })
         .collect();
     let (mut first, mut last) = (Vec::with_capacity(chunks), Vec::with_capacity(chunks));
-    let mut row = 0;
-    for rows in blocks.iter().flat_map(|(_, _, rows)| rows) {
+    let mut list = List {
+        at: vec![0],
+        ..List::default()
+    };
+    let (mut row, mut at) = (0, 0);
+    for &[rows, slots] in blocks.iter().flat_map(|b| &b.counts) {
         first.push(row);
         row += rows;
         last.push(row);
+        at += slots;
+        list.at.push(at);
     }
-    let present: Vec<u8> = blocks.iter().flat_map(|b| &b.1).copied().collect();
+    let present: Vec<u8> = blocks.iter().flat_map(|b| &b.present).copied().collect();
     // Gigabytes of it in a large body, and new memory: threads share what it costs.
-    let mut index = vec![0; row as usize * CHUNK];
-    let mut rest = &mut index[..];
+    list.index = zeros(at as usize);
+    let mut rest = &mut list.index[..];
     let mut places = Vec::with_capacity(blocks.len());
-    for (part, ..) in blocks {
+    for part in blocks {
         let place;
-        (place, rest) = rest.split_at_mut(part.len());
-        places.push((place, part));
+        (place, rest) = rest.split_at_mut(part.index.len());
+        places.push((place, part.index));
     }
     let copy = |(place, part): (&mut [u32], Vec<u32>)| place.copy_from_slice(&part);
     places.into_par_iter().for_each(copy);
@@ -281,21 +316,154 @@ fn family(layout: &Layout, search: &Search) -> Family {
         last,
         present,
         bonds,
-        shape: Shape::List(index),
+        shape: Shape::List(list),
     }
 }
 
-/// Appends the rows of the chunk at `base` and counts them. Padding repeats a real neighbour: loads stay valid and near.
-fn append(base: usize, found: &[Vec<u32>], index: &mut Vec<u32>, present: &mut Vec<u8>) -> u32 {
-    let rows = found.iter().map(Vec::len).max().unwrap_or(0);
-    for row in 0..rows {
-        let mut bits = 0;
-        for (lane, found) in found.iter().enumerate() {
-            let spare = found.last().copied().unwrap_or((base + lane) as u32);
-            index.push(found.get(row).copied().unwrap_or(spare));
-            bits |= ((row < found.len()) as u8) << lane;
+/// Most rows of runs for a row of lists: rows of lists take longer, those of runs have more empty lanes. In the same chunk
+/// they would read the numbers of a node from two places.
+const MOST: f64 = 1.6;
+
+impl Rows {
+    /// Rows that lead to slots side by side, from ascending lists: nodes in a row look at nodes in a row, in a body that was
+    /// a lattice all of them, in a jittered one those well within the horizon. False, and nothing added, if there are too
+    /// many.
+    fn add_runs(&mut self, found: &[Vec<u32>; CHUNK], slots: usize) -> bool {
+        let rows = found.iter().map(Vec::len).max().unwrap_or(0);
+        let most = (rows as f64 * MOST) as usize;
+        let before = (self.index.len(), self.present.len());
+        // Where lane 0 would look if it looked the same way as the next bond of a lane.
+        let start = |lane: usize, at: usize| match found[lane].get(at) {
+            Some(q) => i64::from(*q) - lane as i64,
+            None => i64::MAX,
+        };
+        let mut at = [0; CHUNK];
+        let mut next: [i64; CHUNK] = std::array::from_fn(|lane| start(lane, 0));
+        loop {
+            let least = next.iter().copied().fold(i64::MAX, i64::min);
+            if least == i64::MAX {
+                return true;
+            }
+            let inside = least >= 0 && least as usize + CHUNK <= slots;
+            if !inside || self.present.len() - before.1 == most {
+                self.index.truncate(before.0);
+                self.present.truncate(before.1);
+                return false;
+            }
+            let mut lanes = 0u8;
+            for lane in 0..CHUNK {
+                if next[lane] == least {
+                    lanes |= 1 << lane;
+                    at[lane] += 1;
+                    next[lane] = start(lane, at[lane]);
+                }
+            }
+            self.index.push(least as u32);
+            self.present.push(lanes);
         }
-        present.push(bits);
     }
-    rows as u32
+
+    /// Rows of the lists of the chunk at `base`. Padding repeats a real neighbour: loads stay valid and near.
+    fn add_lists(&mut self, base: usize, found: &[Vec<u32>; CHUNK]) {
+        let rows = found.iter().map(Vec::len).max().unwrap_or(0);
+        for row in 0..rows {
+            let mut bits = 0;
+            for (lane, found) in found.iter().enumerate() {
+                let spare = found.last().copied().unwrap_or((base + lane) as u32);
+                self.index.push(found.get(row).copied().unwrap_or(spare));
+                bits |= ((row < found.len()) as u8) << lane;
+            }
+            self.present.push(bits);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::Flavour;
+    use std::collections::BTreeSet;
+
+    const HORIZON: f64 = 3.015;
+
+    /// Sixteen nodes along each edge, each moved by up to `amplitude` in every direction.
+    fn body(flavour: Flavour, amplitude: f64) -> Body {
+        let n = 16u32;
+        let dim = flavour.dim();
+        let mut chance = 1u32;
+        let mut moved = |cell: u32| {
+            chance = chance.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            f64::from(cell) + amplitude * (f64::from(chance) / f64::from(u32::MAX) * 2.0 - 1.0)
+        };
+        let node = |k: u32| {
+            let cell = [k % n, k / n % n, k / n / n];
+            std::array::from_fn(|a| if a < dim { moved(cell[a]) } else { 0.0 })
+        };
+        let x: Vec<[f64; 3]> = (0..n.pow(dim as u32)).map(node).collect();
+        Body {
+            flavour,
+            volume: vec![1.0; x.len()],
+            material: vec![],
+            regions: vec![],
+            horizon: vec![],
+            cross: 1.0,
+            grid: None,
+            spacing: 1.0,
+            periodic: [None; 3],
+            x,
+        }
+    }
+
+    /// The part of the chunks that have runs, and rows by those that bonds would fill.
+    fn shares(body: &Body) -> (f64, f64) {
+        let (layout, families) = cloud(body, &[HORIZON], false, &[None]);
+        let family = &families[0];
+        let mut found = BTreeSet::new();
+        for chunk in 0..layout.chunks() {
+            family.for_each(&layout, chunk, |m| {
+                found.insert((layout.user[m.node], layout.user[m.other]));
+            });
+        }
+        let mut expected = BTreeSet::new();
+        for (i, p) in (0..).zip(&body.x) {
+            for (j, q) in (0..).zip(&body.x) {
+                let square: f64 = p.iter().zip(q).map(|(p, q)| (q - p).powi(2)).sum();
+                if i != j && square <= HORIZON * HORIZON {
+                    expected.insert((i, j));
+                }
+            }
+        }
+        assert!(found == expected);
+        assert_eq!(family.bonds, expected.len());
+        let Shape::List(list) = &family.shape else {
+            panic!("a cloud has lists");
+        };
+        let runs = (0..layout.chunks()).filter(|&chunk| {
+            let slots = list.at[chunk + 1] - list.at[chunk];
+            slots as usize == family.rows(chunk).len()
+        });
+        let rows = family.present.len() * CHUNK;
+        (
+            runs.count() as f64 / layout.chunks() as f64,
+            rows as f64 / family.bonds as f64,
+        )
+    }
+
+    #[test]
+    fn bodies_that_are_nearly_lattices_have_runs() {
+        for (flavour, amplitude, runs, rows) in [
+            (Flavour::Bar, 0.0, 0.0..0.1, 1.3),
+            (Flavour::PlaneStress, 0.0, 0.7..1.1, 1.3),
+            (Flavour::PlaneStress, 0.2, 0.7..1.1, 1.6),
+            (Flavour::Solid, 0.0, 0.9..1.1, 1.5),
+            (Flavour::Solid, 0.2, 0.9..1.1, 1.8),
+            (Flavour::Solid, 5.0, 0.0..0.1, 1.8),
+        ] {
+            let (of_runs, of_rows) = shares(&body(flavour, amplitude));
+            assert!(
+                runs.contains(&of_runs) && of_rows < rows,
+                "{flavour:?} {amplitude}: {of_runs} {of_rows}"
+            );
+        }
+    }
 }

@@ -155,8 +155,15 @@ pub(crate) struct Family {
 pub(crate) enum Shape {
     /// All bonds of a row are alike.
     Stencil(Stencil),
-    /// Neighbour slots, eight per row.
-    List(Vec<u32>),
+    List(List),
+}
+
+/// Neighbour slots: eight per row, or one per row in a chunk of *runs*, whose rows lead to eight slots side by side each.
+#[derive(Debug, Default)]
+pub(crate) struct List {
+    pub index: Vec<u32>,
+    /// Where the slots of each chunk begin, and where the last ones end.
+    pub at: Vec<u32>,
 }
 
 /// The bonds of a lattice: few kinds, and few ways in which they follow one another.
@@ -191,7 +198,12 @@ enum Ends<'a> {
         kinds: &'a [Kind],
         rows: &'a [u32],
     },
-    List(&'a [u32]),
+    /// The rows from `first` on, with one slot or eight.
+    List {
+        first: usize,
+        runs: bool,
+        index: &'a [u32],
+    },
 }
 
 impl Ends<'_> {
@@ -204,7 +216,10 @@ impl Ends<'_> {
                 kinds,
                 rows,
             } => (base + lane as i64 + kinds[rows[row - first] as usize].offset) as usize,
-            Ends::List(index) => index[row * CHUNK + lane] as usize,
+            Ends::List { first, runs, index } => match runs {
+                true => index[row - first] as usize + lane,
+                false => index[(row - first) * CHUNK + lane] as usize,
+            },
         }
     }
 }
@@ -247,7 +262,15 @@ impl Family {
                 kinds: &stencil.kinds,
                 rows: self.kinds(stencil, chunk),
             },
-            Shape::List(index) => Ends::List(index),
+            Shape::List(list) => {
+                let index = &list.index[list.at[chunk] as usize..list.at[chunk + 1] as usize];
+                let rows = self.rows(chunk);
+                Ends::List {
+                    first: rows.start,
+                    runs: index.len() == rows.len(),
+                    index,
+                }
+            }
         }
     }
 
@@ -346,7 +369,7 @@ impl Family {
     pub fn bytes(&self) -> usize {
         let list = match &self.shape {
             Shape::Stencil(s) => 4 * (s.patterns.len() + s.pattern.len()),
-            Shape::List(index) => 4 * index.len(),
+            Shape::List(list) => 4 * (list.index.len() + list.at.len()),
         };
         list + self.present.len() + 8 * self.first.len()
     }

@@ -2,7 +2,7 @@
 use super::Code;
 use super::block::{AT_ONCE, Blocks, Columns, File, rows};
 use super::exec::{Leaves, Registers, run};
-use super::pack::{Leaf, Step};
+use super::pack::{Filled, Leaf, Step};
 use crate::kernel::{Bond, Lane, Node, Streams};
 use crate::traverse::{Body, Rows};
 
@@ -151,6 +151,21 @@ impl TapeSweep {
     }
 }
 
+/// Does something with the bonds of a row, be it a run or not.
+macro_rules! at_row {
+    ($rows:expr, $k:expr, |$bond:ident| $do:expr) => {
+        if $rows.are_runs() {
+            #[allow(unused_mut)]
+            let mut $bond = $rows.run($k);
+            $do
+        } else {
+            #[allow(unused_mut)]
+            let mut $bond = $rows.bond($k);
+            $do
+        }
+    };
+}
+
 /// Some of the bonds of the nodes at hand.
 struct Block<'a, R> {
     bonds: &'a R,
@@ -207,32 +222,7 @@ impl<R> Block<'_, R> {
         while k < rows {
             unsafe {
                 self.bonds.ahead(self.row(k));
-                let bond = self.bonds.bond(self.row(k));
-                if let Some(r) = f.y {
-                    let mut a = 0;
-                    while a < D {
-                        let y = bond.xi(a).add(bond.eta(a));
-                        columns.number(r[a]).add(k).write(y);
-                        a += 1;
-                    }
-                }
-                if let Some(r) = f.xi {
-                    let mut a = 0;
-                    while a < D {
-                        columns.number(r[a]).add(k).write(bond.xi(a));
-                        a += 1;
-                    }
-                }
-                if let Some(r) = f.eta {
-                    let mut a = 0;
-                    while a < D {
-                        columns.number(r[a]).add(k).write(bond.eta(a));
-                        a += 1;
-                    }
-                }
-                if let Some(r) = f.ix {
-                    columns.number(r).add(k).write(bond.ix());
-                }
+                at_row!(self.bonds, self.row(k), |bond| fill(f, &bond, columns, k));
             }
             k += 1;
         }
@@ -247,7 +237,11 @@ impl<R> Block<'_, R> {
             ($value:ident) => {{
                 let mut row = 0;
                 while row < rows {
-                    unsafe { to.add(row).write(self.bonds.bond(self.row(row)).$value(k)) };
+                    unsafe {
+                        at_row!(self.bonds, self.row(row), |bond| to
+                            .add(row)
+                            .write(bond.$value(k)))
+                    };
                     row += 1;
                 }
             }};
@@ -274,11 +268,7 @@ impl<R> Block<'_, R> {
             (|$bond:ident, $k:ident| $do:expr) => {{
                 let mut $k = 0;
                 while $k < self.count {
-                    unsafe {
-                        #[allow(unused_mut)]
-                        let mut $bond = self.bonds.bond(self.first + $k);
-                        $do;
-                    }
+                    unsafe { at_row!(self.bonds, self.first + $k, |$bond| $do) };
                     $k += 1;
                 }
             }};
@@ -304,5 +294,34 @@ impl<R> Block<'_, R> {
             }
             _ => {}
         }
+    }
+}
+
+/// The registers of bond vectors in row `k` of the columns.
+#[inline(always)]
+unsafe fn fill<L: Blocks, B: Bond<L, D>, const D: usize>(
+    f: &Filled,
+    bond: &B,
+    columns: Columns<L>,
+    k: usize,
+) {
+    let mut a = 0;
+    while a < D {
+        let to = |r: [u8; 3]| unsafe { columns.number(r[a]).add(k) };
+        unsafe {
+            if let Some(r) = f.y {
+                to(r).write(bond.xi(a).add(bond.eta(a)));
+            }
+            if let Some(r) = f.xi {
+                to(r).write(bond.xi(a));
+            }
+            if let Some(r) = f.eta {
+                to(r).write(bond.eta(a));
+            }
+        }
+        a += 1;
+    }
+    if let Some(r) = f.ix {
+        unsafe { columns.number(r).add(k).write(bond.ix()) };
     }
 }

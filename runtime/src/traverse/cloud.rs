@@ -8,26 +8,30 @@ use crate::tape::Blocks;
 const AHEAD: usize = 24;
 
 /// One bond of each node of one part of a chunk.
-struct Column<'a, L: Records, S, const D: usize, const MASKED: bool> {
+struct Column<'a, L: Records, S, const D: usize, const MASKED: bool, const RUN: bool> {
     row: Row<'a, L, MASKED>,
     sweep: &'a S,
     streams: &'a [Stream],
     nbr: &'a [*const f64],
     nbr_records: &'a [*const Record],
+    /// Slots of the other ends, of which the first is `at` in a run.
     index: *const u32,
+    at: usize,
     xi: [L; D],
     eta: [L; D],
 }
 
-impl<L: Records, S, const D: usize, const MASKED: bool> Streams<L> for Column<'_, L, S, D, MASKED> {
+impl<L: Records, S, const D: usize, const MASKED: bool, const RUN: bool> Streams<L>
+    for Column<'_, L, S, D, MASKED, RUN>
+{
     #[inline(always)]
     fn stream(&self, k: usize) -> L {
         unsafe { L::load(self.streams[k].at(self.row.cell())) }
     }
 }
 
-impl<L: Records, S: Body<D>, const D: usize, const MASKED: bool> Bond<L, D>
-    for Column<'_, L, S, D, MASKED>
+impl<L: Records, S: Body<D>, const D: usize, const MASKED: bool, const RUN: bool> Bond<L, D>
+    for Column<'_, L, S, D, MASKED, RUN>
 {
     #[inline(always)]
     fn xi(&self, a: usize) -> L {
@@ -48,7 +52,9 @@ impl<L: Records, S: Body<D>, const D: usize, const MASKED: bool> Bond<L, D>
     #[inline(always)]
     fn nbr(&self, k: usize) -> L {
         unsafe {
-            if k < self.sweep.recorded() {
+            if RUN {
+                L::load(self.nbr[k].add(self.at))
+            } else if k < self.sweep.recorded() {
                 // What is read of one record is loaded once: nothing is stored in between.
                 L::gather_records(self.nbr_records[k / RECORD], self.index)[k % RECORD]
             } else {
@@ -114,6 +120,34 @@ unsafe fn across<L: Records, const D: usize>(
     v
 }
 
+/// Components at nodes side by side.
+#[inline(always)]
+unsafe fn side_by_side<L: Records, const D: usize>(from: &[*const f64; 3], at: usize) -> [L; D] {
+    let mut v = [L::splat(0.0); D];
+    let mut a = 0;
+    while a < D {
+        v[a] = unsafe { L::load(from[a].add(at)) };
+        a += 1;
+    }
+    v
+}
+
+/// Differences to the other ends where these lie side by side.
+#[inline(always)]
+unsafe fn along<L: Records, const D: usize>(
+    from: &[*const f64; 3],
+    at: usize,
+    own: &[L; D],
+) -> [L; D] {
+    let mut v: [L; D] = unsafe { side_by_side(from, at) };
+    let mut a = 0;
+    while a < D {
+        v[a] = v[a].sub(own[a]);
+        a += 1;
+    }
+    v
+}
+
 /// The columns of one part of a chunk.
 struct Columns<'a, L: Records, S, const D: usize, const MASKED: bool> {
     call: &'a Call,
@@ -123,21 +157,61 @@ struct Columns<'a, L: Records, S, const D: usize, const MASKED: bool> {
     streams: &'a [Stream],
     chunk: usize,
     part: usize,
-    u: *const Record,
-    x: *const Record,
+    u_records: *const Record,
+    x_records: *const Record,
+    u: &'a [*const f64; 3],
+    x: &'a [*const f64; 3],
     /// Displacements and positions of the nodes.
     ui: [L; D],
     xi: [L; D],
     /// The first row.
     row: usize,
+    /// Slots of the other ends: eight of each row, or the first.
+    index: *const u32,
+    runs: bool,
     count: usize,
+}
+
+impl<L: Records, S, const D: usize, const MASKED: bool> Columns<'_, L, S, D, MASKED> {
+    #[inline(always)]
+    unsafe fn column<const RUN: bool>(&self, k: usize) -> Column<'_, L, S, D, MASKED, RUN> {
+        unsafe {
+            let row = Row::<L, MASKED>::new(self.call, self.chunk, self.row + k, self.part, 0);
+            let (index, at, xi, eta);
+            if RUN {
+                index = self.index;
+                at = *index.add(k) as usize + self.part * L::W;
+                (xi, eta) = (along(self.x, at, &self.xi), along(self.u, at, &self.ui));
+            } else {
+                let (x, u) = (self.x_records, self.u_records);
+                index = self.index.add(k * CHUNK + self.part * L::W);
+                at = 0;
+                (xi, eta) = (across(x, index, &self.xi), across(u, index, &self.ui));
+            }
+            Column {
+                sweep: self.sweep,
+                streams: self.streams,
+                nbr: self.nbr,
+                nbr_records: self.nbr_records,
+                index,
+                at,
+                xi,
+                eta,
+                row,
+            }
+        }
+    }
 }
 
 impl<L: Records, S: Body<D>, const D: usize, const MASKED: bool> Rows<L, D>
     for Columns<'_, L, S, D, MASKED>
 {
     type Bond<'a>
-        = Column<'a, L, S, D, MASKED>
+        = Column<'a, L, S, D, MASKED, false>
+    where
+        Self: 'a;
+    type Run<'a>
+        = Column<'a, L, S, D, MASKED, true>
     where
         Self: 'a;
     #[inline(always)]
@@ -145,26 +219,23 @@ impl<L: Records, S: Body<D>, const D: usize, const MASKED: bool> Rows<L, D>
         self.count
     }
     #[inline(always)]
-    unsafe fn bond(&self, k: usize) -> Column<'_, L, S, D, MASKED> {
-        unsafe {
-            let row = Row::<L, MASKED>::new(self.call, self.chunk, self.row + k, self.part, 0);
-            let index = self.call.index.add(row.cell());
-            Column {
-                sweep: self.sweep,
-                streams: self.streams,
-                nbr: self.nbr,
-                nbr_records: self.nbr_records,
-                index,
-                xi: across(self.x, index, &self.xi),
-                eta: across(self.u, index, &self.ui),
-                row,
-            }
-        }
+    unsafe fn bond(&self, k: usize) -> Self::Bond<'_> {
+        unsafe { self.column(k) }
+    }
+    #[inline(always)]
+    fn are_runs(&self) -> bool {
+        self.runs
+    }
+    #[inline(always)]
+    unsafe fn run(&self, k: usize) -> Self::Run<'_> {
+        unsafe { self.column(k) }
     }
     #[inline(always)]
     fn ahead(&self, k: usize) {
+        if !self.runs {
+            L::prefetch(self.index.wrapping_add((k + AHEAD) * CHUNK).cast());
+        }
         let cell = (self.row + k) * CHUNK + self.part * L::W;
-        L::prefetch(self.call.index.wrapping_add(cell + AHEAD * CHUNK).cast());
         let mut s = 0;
         while s < self.sweep.streams() {
             L::prefetch(self.streams[s].source(cell + AHEAD * CHUNK));
@@ -181,8 +252,9 @@ pub(super) unsafe fn chunks<L: Blocks + Records, S: Body<D>, const D: usize, con
     from: usize,
     to: usize,
 ) {
-    let (u, x, nbr, streams) = (call.u_records, call.x_records, call.nbr, call.streams);
-    let nbr_records = call.nbr_records;
+    let (u_records, x_records) = (call.u_records, call.x_records);
+    let (u, x, nbr, nbr_records) = (call.u, call.x, call.nbr, call.nbr_records);
+    let streams = call.streams;
     let mut chunk = from;
     while chunk < to {
         unsafe {
@@ -191,15 +263,14 @@ pub(super) unsafe fn chunks<L: Blocks + Records, S: Body<D>, const D: usize, con
                 *call.first.add(chunk) as usize,
                 *call.last.add(chunk) as usize,
             );
+            let at = |chunk| *call.index_at.add(chunk) as usize;
+            let (index, runs) = (
+                call.index.add(at(chunk)),
+                at(chunk + 1) - at(chunk) == last - first,
+            );
             let mut part = 0;
             while part < CHUNK / L::W {
                 let at = base + part * L::W;
-                let mut here = [0u32; CHUNK];
-                let mut k = 0;
-                while k < CHUNK {
-                    here[k] = (at + k) as u32;
-                    k += 1;
-                }
                 let mut nodes = Nodes::<MASKED>::new::<L>(call, chunk, part, at);
                 let columns = Columns::<L, S, D, MASKED> {
                     call,
@@ -209,11 +280,15 @@ pub(super) unsafe fn chunks<L: Blocks + Records, S: Body<D>, const D: usize, con
                     streams: &streams,
                     chunk,
                     part,
-                    u,
-                    x,
-                    ui: at_places(u, here.as_ptr()),
-                    xi: at_places(x, here.as_ptr()),
+                    u_records,
+                    x_records,
+                    u: &u,
+                    x: &x,
+                    ui: side_by_side(&u, at),
+                    xi: side_by_side(&x, at),
                     row: first,
+                    index,
+                    runs,
                     count: last - first,
                 };
                 sweep.run(&mut nodes, &columns);

@@ -107,6 +107,19 @@ impl<L: Memory, const D: usize, const MASKED: bool> Rows<L, D> for Entries<'_, L
         = Entry<'a, L, D, MASKED>
     where
         Self: 'a;
+    type Run<'a>
+        = Entry<'a, L, D, MASKED>
+    where
+        Self: 'a;
+    /// Every row could be one, and there is one way to read it.
+    #[inline(always)]
+    fn are_runs(&self) -> bool {
+        false
+    }
+    #[inline(always)]
+    unsafe fn run(&self, k: usize) -> Self::Run<'_> {
+        unsafe { self.bond(k) }
+    }
     #[inline(always)]
     fn count(&self) -> usize {
         self.count

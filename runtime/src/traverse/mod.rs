@@ -75,8 +75,10 @@ pub struct Call {
     /// lane's precision, xi, 1/|xi|, geometry.
     pub(crate) pattern: *const u32,
     pub(crate) records: *const *const f64,
-    /// Cloud: per row eight indices, and what is kept of the bonds.
+    /// Cloud: neighbour slots as [`crate::layout::List`] has them, positions for the runs, and what is kept of the bonds.
     pub(crate) index: *const u32,
+    pub(crate) index_at: *const u32,
+    pub(crate) x: [*const f64; 3],
     pub(crate) streams: [Stream; MAX_GEOMETRY],
     /// Per row eight values: committed, next, and the position of the reverse bond's value.
     pub(crate) history: [*const f64; MAX_HISTORIES],
@@ -135,9 +137,17 @@ pub(crate) trait Rows<L: Lane, const D: usize> {
     type Bond<'a>: Bond<L, D>
     where
         Self: 'a;
+    /// Those of runs.
+    type Run<'a>: Bond<L, D>
+    where
+        Self: 'a;
     fn count(&self) -> usize;
+    fn are_runs(&self) -> bool;
     /// # Safety
-    /// `k` is below the count.
+    /// `k` is below the count, and the rows are runs.
+    unsafe fn run(&self, k: usize) -> Self::Run<'_>;
+    /// # Safety
+    /// `k` is below the count, and the rows are no runs.
     unsafe fn bond(&self, k: usize) -> Self::Bond<'_>;
     /// Fetches what rows some way behind `k` will read.
     #[inline(always)]
@@ -163,12 +173,22 @@ impl<S: Sweep<D>, const D: usize> Body<D> for S {
         let pre = self.pre::<L, _>(node);
         let mut acc = self.zero::<L>();
         let (mut k, count) = (0, rows.count());
-        while k < count {
-            rows.ahead(k);
-            // SAFETY: k is below the count.
-            let mut bond = unsafe { rows.bond(k) };
-            self.bond(&pre, &mut bond, &mut acc);
-            k += 1;
+        if rows.are_runs() {
+            while k < count {
+                rows.ahead(k);
+                // SAFETY: k is below the count, and these are runs.
+                let mut bond = unsafe { rows.run(k) };
+                self.bond(&pre, &mut bond, &mut acc);
+                k += 1;
+            }
+        } else {
+            while k < count {
+                rows.ahead(k);
+                // SAFETY: k is below the count, and these are none.
+                let mut bond = unsafe { rows.bond(k) };
+                self.bond(&pre, &mut bond, &mut acc);
+                k += 1;
+            }
         }
         self.post(&pre, &acc, node);
     }
