@@ -1,13 +1,12 @@
 //! SELL-8 kernels in AVX-512 intrinsics: nodes in lanes, rows that lead to nodes side by side loaded from arrays, records
-//! loaded and transposed instead of gathered in others, one number per bond, software prefetch.
+//! loaded and transposed instead of gathered in others, one number per bond (rows that repeat kept once), software prefetch.
 mod loads;
 
 use super::elastic;
 use super::lattice::root;
 use super::scene::{DX, HORIZON};
 use super::twin::Elastic;
-use loads::{Bonds, Numbers, Record, deformed, fetch, four, pack, single, stream};
-use pdlang_runtime::pages::zeros;
+use loads::{Bonds, Numbers, Record, Stream, deformed, fetch, four, pack, single};
 use std::arch::x86_64::*;
 
 /// Most rows of runs for a row of lists.
@@ -26,10 +25,10 @@ pub struct Twin {
     /// (1 + s0)^2
     limit: f64,
     /// c w (PMB), omega w x^2 (LPS), c w/x (heat), w (correspondence).
-    pmb: Vec<f64>,
-    lps: Vec<f64>,
-    heat: Vec<f64>,
-    w: Vec<f64>,
+    pmb: Stream,
+    lps: Stream,
+    heat: Stream,
+    w: Stream,
     x: [Vec<f64>; 3],
     x_records: Vec<Record>,
     u_records: Vec<Record>,
@@ -71,10 +70,10 @@ impl Twin {
             index: vec![],
             bits: vec![],
             limit: (1.0 + s0) * (1.0 + s0),
-            pmb: vec![],
-            lps: vec![],
-            heat: vec![],
-            w: vec![],
+            pmb: Stream::default(),
+            lps: Stream::default(),
+            heat: Stream::default(),
+            w: Stream::default(),
             x: [zero(), zero(), zero()],
             x_records: vec![Record([0.0; 4]); len],
             u_records: vec![Record([0.0; 4]); len],
@@ -102,9 +101,9 @@ impl Twin {
             t.block(n, nodes, slot, block.0 * 8, block.1, c);
         }
         for v in [&mut t.pmb, &mut t.lps, &mut t.heat, &mut t.w] {
-            *v = in_large_pages(v);
+            v.keep(&t.bits);
         }
-        t.index = in_large_pages(&t.index);
+        t.index = loads::in_large_pages(&t.index);
         t
     }
 
@@ -185,11 +184,11 @@ impl Twin {
             (HORIZON + 0.5 * DX - x) / DX * volume
         };
         let w = if there { w } else { 0.0 };
-        self.pmb.push(w * c);
-        self.lps.push(w * x);
+        self.pmb.values.push(w * c);
+        self.lps.values.push(w * x);
         // A lane of a node without bonds may name its own node.
-        self.heat.push(if x > 0.0 { w * c / x } else { 0.0 });
-        self.w.push(w);
+        self.heat.values.push(if x > 0.0 { w * c / x } else { 0.0 });
+        self.w.values.push(w);
     }
 
     /// Heat: the rate in `f[0]` of the temperature in `u[0]`, but for the factor `q`.
@@ -208,7 +207,7 @@ impl Twin {
                         let j = self.slot(c, row, lane);
                         let [x, y, z] = [0, 1, 2].map(|a| self.x[a][j] - self.x[a][node]);
                         let products = [x * x, x * y, x * z, y * y, y * z, z * z];
-                        (0..6).for_each(|m| shape[m] += self.w[8 * row + lane] * products[m]);
+                        (0..6).for_each(|m| shape[m] += self.w.number(row, lane) * products[m]);
                         count += 1.0;
                     }
                 }
@@ -260,7 +259,7 @@ impl Twin {
                 let index = fetch::<RUN>(places, row);
                 let bits = *self.bits.as_ptr().add(row);
                 let d = _mm512_maskz_sub_pd(bits, single::<RUN>(t, index), ti);
-                sum = _mm512_fmadd_pd(stream(&self.heat, row), d, sum);
+                sum = _mm512_fmadd_pd(self.heat.at(row), d, sum);
             }
             let rate = _mm512_mul_pd(sum, _mm512_loadu_pd(self.q.as_ptr().add(at)));
             _mm512_storeu_pd(self.f[0].as_mut_ptr().add(at), rate);
@@ -286,7 +285,7 @@ impl Twin {
                     k &= !dead;
                     *bits.add(row) = k;
                 }
-                let w = stream(&self.w, row);
+                let w = self.w.at(row);
                 let mut a = 0;
                 while a < 3 {
                     let eta = _mm512_maskz_mul_pd(k, w, bond.eta[a]);
@@ -333,7 +332,7 @@ impl Twin {
             for row in self.start[c]..self.start[c + 1] {
                 let index = fetch::<RUN>(places, row);
                 let bond = Bonds::new::<RUN>(&x, &u, &xi, &ui, index);
-                let w = stream(&self.w, row);
+                let w = self.w.at(row);
                 let bits = *self.bits.as_ptr().add(row);
                 let mut far = [[_mm512_setzero_pd(); 4]; 3];
                 let mut a = 0;
@@ -393,7 +392,7 @@ impl Twin {
                     *bits.add(row) = k;
                 }
                 let d = _mm512_maskz_sub_pd(k, ix, iy);
-                let t = _mm512_mul_pd(stream(&self.pmb, row), d);
+                let t = _mm512_mul_pd(self.pmb.at(row), d);
                 f[0] = _mm512_fmadd_pd(t, y[0], f[0]);
                 f[1] = _mm512_fmadd_pd(t, y[1], f[1]);
                 f[2] = _mm512_fmadd_pd(t, y[2], f[2]);
@@ -428,7 +427,7 @@ impl Twin {
                 let d = _mm512_sub_pd(ix, iy);
                 let y = _mm512_mul_pd(square, iy);
                 let extension = _mm512_maskz_mul_pd(k, y, d);
-                sum = _mm512_fmadd_pd(stream(&self.lps, row), extension, sum);
+                sum = _mm512_fmadd_pd(self.lps.at(row), extension, sum);
             }
             let a = _mm512_mul_pd(sum, _mm512_loadu_pd(self.q.as_ptr().add(at)));
             _mm512_storeu_pd(self.a.as_mut_ptr().add(at), a);
@@ -456,7 +455,7 @@ impl Twin {
                 let t = _mm512_fmadd_pd(_mm512_add_pd(bi, bj), d, t);
                 let t = _mm512_maskz_mul_pd(
                     *self.bits.as_ptr().add(row),
-                    _mm512_mul_pd(stream(&self.lps, row), ix),
+                    _mm512_mul_pd(self.lps.at(row), ix),
                     t,
                 );
                 f[0] = _mm512_fmadd_pd(t, y[0], f[0]);
@@ -504,12 +503,6 @@ fn columns(lists: &[Vec<u32>], first: u32) -> Vec<([u32; 8], u8)> {
         )
     };
     (0..longest).map(row).collect()
-}
-
-fn in_large_pages<T: Copy + Default>(v: &[T]) -> Vec<T> {
-    let mut copy = zeros(v.len());
-    copy.copy_from_slice(v);
-    copy
 }
 
 /// Slots within the horizon, in the order of where they lie.

@@ -1,5 +1,7 @@
 //! What kernels of a cloud read at the other ends of eight bonds.
+use pdlang_runtime::pages::zeros;
 use std::arch::x86_64::*;
+use std::collections::HashMap;
 
 /// Columns ahead at which slots and numbers of bonds are fetched.
 const AHEAD: usize = 24;
@@ -130,15 +132,71 @@ pub unsafe fn single<const RUN: bool>(v: *const f64, index: *const u32) -> __m51
     }
 }
 
-/// Eight values of a row, the ones that come later fetched ahead.
-#[inline]
-#[target_feature(enable = "avx512f")]
-pub unsafe fn stream(v: &[f64], row: usize) -> __m512d {
-    unsafe {
-        let p = v.as_ptr().add(8 * row);
-        ahead(p);
-        _mm512_loadu_pd(p)
+/// A number of every bond: eight per row, or, where few rows differ, eight for each of these and a place per row.
+#[derive(Default)]
+pub struct Stream {
+    pub values: Vec<f64>,
+    rows: Vec<u32>,
+}
+
+/// Rows that must share eight numbers on average for them to be kept apart.
+const SHARED: usize = 16;
+
+impl Stream {
+    /// Once all numbers are there. What stands in lanes without a bond is masked everywhere: like another of the row, it makes
+    /// no row that differs.
+    pub fn keep(&mut self, bits: &[u8]) {
+        let (mut found, mut values) = (HashMap::new(), vec![]);
+        let mut rows: Vec<u32> = zeros(bits.len());
+        for ((row, bits), place) in self.values.chunks_exact(8).zip(bits).zip(&mut rows) {
+            let there = row[bits.trailing_zeros() as usize % 8];
+            let number = |lane: usize| {
+                if bits >> lane & 1 == 1 {
+                    row[lane]
+                } else {
+                    there
+                }
+            };
+            let row: [f64; 8] = std::array::from_fn(number);
+            *place = *found.entry(row.map(f64::to_bits)).or_insert_with(|| {
+                values.extend(row);
+                (values.len() / 8 - 1) as u32
+            });
+            if values.len() / 8 * SHARED > self.values.len() / 8 {
+                self.values = in_large_pages(&self.values);
+                return;
+            }
+        }
+        (self.values, self.rows) = (values, rows);
     }
+
+    fn row(&self, row: usize) -> usize {
+        self.rows.get(row).map_or(row, |place| *place as usize)
+    }
+
+    pub fn number(&self, row: usize, lane: usize) -> f64 {
+        self.values[8 * self.row(row) + lane]
+    }
+
+    /// Eight numbers of a row, the ones that come later fetched ahead.
+    #[inline]
+    #[target_feature(enable = "avx512f")]
+    pub unsafe fn at(&self, row: usize) -> __m512d {
+        unsafe {
+            let p = self.values.as_ptr();
+            if self.rows.is_empty() {
+                ahead(p.add(8 * row));
+                return _mm512_loadu_pd(p.add(8 * row));
+            }
+            _mm512_loadu_pd(p.add(8 * *self.rows.as_ptr().add(row) as usize))
+        }
+    }
+}
+
+pub fn in_large_pages<T: Copy + Default>(v: &[T]) -> Vec<T> {
+    let mut copy = zeros(v.len());
+    copy.copy_from_slice(v);
+    copy
 }
 
 /// Eight bonds, with |Y|^2 and |xi|^2.
