@@ -23,6 +23,7 @@ pub(crate) mod habits; // help with what is called otherwise elsewhere
 pub(crate) mod half; // PD041: a field at half steps that cannot be stepped
 pub(crate) mod homes; // PD020: a value where it does not live
 pub(crate) mod influences; // PD050: an influence function that is not complete
+pub(crate) mod kept; // PD028: a history of the bonds of one family, read on those of another
 pub(crate) mod knowns; // PD036: what is known of a check that does not exist
 pub(crate) mod meets; // PD035: an unknown way for two materials to meet
 pub(crate) mod names; // PD002: a name that means nothing here
