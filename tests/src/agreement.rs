@@ -283,7 +283,11 @@ impl Question<'_> {
         for (k, u) in self.path.iter().enumerate() {
             state.u.clone_from(u);
             if k + 1 < self.path.len() {
+                let broken = oracle.breaks(&state, true).expect("the state fits");
                 state.histories = oracle.next_histories(&state).expect("the state fits");
+                for (family, bond) in broken {
+                    state.intact[family.index()][bond] = false;
+                }
             }
         }
         state
