@@ -1,9 +1,10 @@
-//! PD042: a pair force that is not the same from both ends.
+//! PD042: a pair force, or a family whose bonds carry forces, that is not the same from both ends.
 
 use crate::ast::{Item, Model};
 use crate::diag::Diagnostic;
 use crate::ends;
-use crate::ir::{Law, Response};
+use crate::ir::{ExprId, ExprKind, FamilyId, Law, Response};
+use std::collections::BTreeSet;
 
 const CODE: &str = "PD042";
 
@@ -26,9 +27,47 @@ pub(crate) fn unlike(model: &Model, law: &Law) -> Vec<Diagnostic> {
     law.responses.iter().zip(written).filter_map(one).collect()
 }
 
+/// Families whose bonds carry forces, of a law that is right otherwise, that hold a bond in one direction alone.
+pub(crate) fn one_way(law: &Law) -> Vec<Diagnostic> {
+    let mut carry: BTreeSet<FamilyId> = BTreeSet::new();
+    for response in &law.responses {
+        match response {
+            Response::Pair(family, _) | Response::State(family, _) => {
+                carry.insert(*family);
+            }
+            Response::Energy(energy) => {
+                let sums = law.all_behind(vec![*energy]).into_iter();
+                carry.extend(sums.filter_map(|expr| match law.exprs[expr.index()].kind {
+                    ExprKind::Reduce(_, family, of) if moves(law, of) => Some(family),
+                    _ => None,
+                }));
+            }
+            _ => {}
+        }
+    }
+    let families = carry.iter().map(|family| &law.families[family.index()]);
+    let filters = families.filter_map(|family| Some((&family.name, family.filter?)));
+    let one_way = filters.filter(|(_, filter)| !ends::alike(law, *filter));
+    let finding = |(name, filter): (&String, ExprId)| {
+        let message = format!("the family `{name}` is not the same from both ends");
+        Diagnostic::error(CODE, message)
+            .at(law.exprs[filter.index()].span, "seen from the other end a bond of it is none")
+            .help("a bond carries its force at both ends, so both have it: `abs(xi.x)` has no direction")
+    };
+    one_way.map(finding).collect()
+}
+
+/// Whether a value changes with the displacement.
+fn moves(law: &Law, expr: ExprId) -> bool {
+    let parts = law.all_behind(vec![expr]).into_iter();
+    parts
+        .map(|part| &law.exprs[part.index()].kind)
+        .any(|kind| matches!(kind, ExprKind::Eta))
+}
+
 #[cfg(test)]
 mod tests {
-    use crate::check::tests::{accept, refuse};
+    use crate::check::tests::{accept, bare, refuse, refuse_text};
 
     const NODE: &str = "field C : number \"C\" node theta = mean(s) let c = K/(delta*ball(1)) ";
 
@@ -48,6 +87,32 @@ mod tests {
         ] {
             refuse(&format!("{NODE} pair f = {force}"), "PD042", force);
         }
+    }
+
+    #[test]
+    fn bonds_that_carry_forces_have_both_directions() {
+        const UP: &str = "family up = horizon where xi.x > 0.3*x let c = K/(delta*ball(1))";
+        for carries in [
+            "pair[up] f = c*s",
+            "state[up] T = c*s*M",
+            "node q = sum[up](s)/ball(1) energy U = K*q^2",
+        ] {
+            let law = bare(&format!(
+                "param K : pressure > 0 \"modulus\" {UP} {carries}"
+            ));
+            refuse_text(&law, "PD042", "xi.x > 0.3*x");
+        }
+        accept(&format!(
+            "{UP} node q = sum[up](1)/ball(1) pair f = c*s*(q + q')"
+        ));
+        accept(&format!(
+            "{} pair[up] f = c*s",
+            UP.replace("xi.x", "abs(xi.x)")
+        ));
+        accept(&format!(
+            "{} pair[up] f = c*s",
+            UP.replace("xi.x", "norm(xi)*xi.x^2/x^2")
+        ));
     }
 
     #[test]

@@ -15,7 +15,7 @@ pub(crate) mod cycles; // PD005: definitions that need themselves
 pub(crate) mod descriptions; // PD032: a parameter without a description
 pub(crate) mod differences; // PD105: a difference of two equal values
 pub(crate) mod duplicates; // PD003: a name for two things
-pub(crate) mod ends; // PD042: a pair force that is not the same from both ends
+pub(crate) mod ends; // PD042: a pair force, or a family that carries forces, that is not the same from both ends
 pub(crate) mod exponents; // PD014: a power whose unit is unknown
 pub(crate) mod families; // PD025: a family that is not part of the reference horizon
 pub(crate) mod flavours; // PD010: a case that is not about the five flavours

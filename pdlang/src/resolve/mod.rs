@@ -88,6 +88,7 @@ pub(crate) fn law(
         let staggered = check::half::unstaggered(&law);
         findings.extend(staggered);
         findings.extend(check::ends::unlike(model, &law));
+        findings.extend(check::ends::one_way(&law));
         findings.extend(check::kept::elsewhere(&law));
     }
     if sound(&findings) {
