@@ -516,6 +516,11 @@ impl Engine {
         &self.layout.slot
     }
 
+    /// First row of bonds of every chunk, family by family.
+    pub fn rows(&self) -> impl Iterator<Item = &[u32]> {
+        self.families.iter().map(|f| &f.first[..])
+    }
+
     /// Length of every node array; more than there are nodes.
     #[allow(clippy::len_without_is_empty)]
     pub fn len(&self) -> usize {

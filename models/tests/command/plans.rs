@@ -101,7 +101,18 @@ fn a_plan_says_what_is_computed_and_what_not() {
     let [computed, out] = planned(&whole);
     has(&out, "breaking: with these parameters");
     has(&out, "sums over families: ");
-    has(&computed, "neighbour lists: 4 bytes");
+    let lists = computed.iter().find(|i| i.starts_with("neighbour lists: "));
+    let runs = lists.and_then(|i| i.split_once(" bytes a bond: "));
+    let (bytes, runs) = runs.expect("a cloud has lists");
+    // Half a byte where rows are runs, four and more where they are lists.
+    let bytes: f64 = bytes["neighbour lists: ".len()..]
+        .parse()
+        .expect("a number");
+    assert!((0.5..6.0).contains(&bytes), "{bytes}");
+    assert!(
+        runs.ends_with(" % of the chunks lead to eight nodes side by side"),
+        "{runs}"
+    );
     has(&computed, "nodes at rest: the scene");
     has(&computed, "pictures: ");
     assert!(!dir.join("out").exists(), "a plan leaves no files");

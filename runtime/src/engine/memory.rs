@@ -30,6 +30,10 @@ pub struct Report {
     /// Numbers that belong to a kind of bond on a lattice, to a bond in a cloud; how many kinds there are.
     pub geometry: usize,
     pub kinds: usize,
+    /// Neighbour lists of the whole horizon [bytes per bond]; the part of the chunks in which rows lead from eight nodes side
+    /// by side to eight nodes side by side. Zero on a lattice.
+    pub lists: f64,
+    pub runs: f64,
     /// Materials with horizons of their own.
     pub materials: usize,
     /// The part of the chunks in which all bonds of eight nodes are present and intact: sweeps that break no bonds
@@ -118,6 +122,7 @@ impl Engine {
         }
         let whole = self.bonds[0].whole_intact.iter();
         let whole = whole.filter(|w| **w != 0).count();
+        let (lists, runs) = self.families[0].lists();
         let convolution = self.convolution.as_ref();
         let convolution = convolution.map(|c| c.report(&self.programs));
         let state: usize = (0..self.state_slots).map(|k| self.stored(k)).sum();
@@ -142,6 +147,8 @@ impl Engine {
             work: self.work(),
             geometry,
             kinds,
+            lists,
+            runs,
             materials: self.layout.parts.len().max(1),
             whole: whole as f64 / self.layout.chunks().max(1) as f64,
             bond_bytes,

@@ -67,7 +67,7 @@ pub(super) fn engine(body: &Body, law: Law, settings: Settings) -> Result<Engine
     memory::check(&spec, &programs, body, settings, lattice)?;
     let filters = filters(&spec, body, &materials)?;
     let began = Instant::now();
-    let (layout, families) = lay_out(body, settings, lattice, &materials, &filters);
+    let (layout, families) = lay_out(body, settings, lattice, &materials, &filters, isa);
     let search = began.elapsed();
     drop(filters);
     for f in &families {
@@ -203,6 +203,7 @@ fn lay_out(
     on_lattice: bool,
     materials: &Materials,
     filters: &[Option<BoxedFilter>],
+    isa: Isa,
 ) -> (Layout, Vec<Family>) {
     let filters: Vec<Option<Filter>> = filters
         .iter()
@@ -214,7 +215,7 @@ fn lay_out(
             let plan = plan_lattice(body, grid, s.reach(), materials.count);
             lattice(body, grid, &plan, &horizons, s.partial_volume, &filters)
         }
-        _ => cloud(body, &horizons, s.partial_volume, &filters),
+        _ => cloud(body, &horizons, s.partial_volume, &filters, isa),
     }
 }
 

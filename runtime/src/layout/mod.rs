@@ -166,6 +166,14 @@ pub(crate) struct List {
     pub at: Vec<u32>,
 }
 
+impl List {
+    /// Whether a chunk of so many rows has runs.
+    #[inline]
+    fn are_runs(&self, chunk: usize, rows: usize) -> bool {
+        (self.at[chunk + 1] - self.at[chunk]) as usize == rows
+    }
+}
+
 /// The bonds of a lattice: few kinds, and few ways in which they follow one another.
 #[derive(Debug, Default)]
 pub(crate) struct Stencil {
@@ -267,7 +275,7 @@ impl Family {
                 let rows = self.rows(chunk);
                 Ends::List {
                     first: rows.start,
-                    runs: index.len() == rows.len(),
+                    runs: list.are_runs(chunk, rows.len()),
                     index,
                 }
             }
@@ -279,6 +287,19 @@ impl Family {
     fn kinds<'a>(&self, stencil: &'a Stencil, chunk: usize) -> &'a [u32] {
         let from = stencil.pattern[chunk] as usize;
         &stencil.patterns[from..from + self.rows(chunk).len()]
+    }
+
+    /// Bytes of lists per bond, and the part of the chunks that have runs.
+    pub fn lists(&self) -> (f64, f64) {
+        let Shape::List(list) = &self.shape else {
+            return (0.0, 0.0);
+        };
+        let chunks = self.first.len();
+        let runs = (0..chunks).filter(|&chunk| list.are_runs(chunk, self.rows(chunk).len()));
+        (
+            (4 * list.index.len()) as f64 / self.bonds.max(1) as f64,
+            runs.count() as f64 / chunks.max(1) as f64,
+        )
     }
 
     /// Visits the reference bonds of a chunk in the order of the sums.

@@ -229,10 +229,8 @@ pub(super) fn fingerprint(setup: &Setup, spec: &Spec) -> Result<u64, InputError>
 pub(super) fn layout(engine: &Engine) -> u64 {
     let mut f = Fingerprint::default();
     f.debug(&engine.len());
-    engine
-        .slots()
-        .iter()
-        .for_each(|s| f.bytes(&s.to_le_bytes()));
+    let places = std::iter::once(engine.slots()).chain(engine.rows());
+    (places.flatten()).for_each(|place| f.bytes(&place.to_le_bytes()));
     // The same order, but other bits.
     f.debug(&engine.is_single());
     if let Some(convolution) = engine.report().convolution {
