@@ -105,7 +105,7 @@ impl Kept {
     /// Of all bonds of a family. Nobody reads what stands in lanes without a bond: like another of the row, it makes no row
     /// that differs from others for its sake.
     fn new(mut values: Vec<f64>, family: &Family) -> Kept {
-        for (row, &bits) in values.chunks_exact_mut(CHUNK).zip(&family.present) {
+        for (row, &bits) in values.chunks_exact_mut(CHUNK).zip(&*family.present) {
             if let Some(&there) = row.get(bits.trailing_zeros() as usize) {
                 let lanes = row.iter_mut().enumerate();
                 lanes
@@ -129,12 +129,17 @@ impl Kept {
     }
 
     pub fn call(&self) -> Stream {
-        Stream {
-            from: self.values.as_ptr(),
-            cells: if self.alike { 0 } else { usize::MAX },
-            rows: match self.rows.is_empty() {
-                true => null(),
-                false => self.rows.as_ptr(),
+        let (values, eight) = (self.values.as_ptr(), CHUNK * size_of::<f64>());
+        match self.rows.is_empty() {
+            true => Stream {
+                rows: values.cast(),
+                step: if self.alike { 0 } else { eight },
+                table: null(),
+            },
+            false => Stream {
+                rows: self.rows.as_ptr().cast(),
+                step: size_of::<u32>(),
+                table: values,
             },
         }
     }

@@ -26,7 +26,7 @@ impl<L: Records, S, const D: usize, const MASKED: bool, const RUN: bool> Streams
 {
     #[inline(always)]
     fn stream(&self, k: usize) -> L {
-        unsafe { L::load(self.streams[k].at(self.row.cell())) }
+        unsafe { L::load(self.streams[k].at(self.row.row).add(self.row.part * L::W)) }
     }
 }
 
@@ -235,10 +235,9 @@ impl<L: Records, S: Body<D>, const D: usize, const MASKED: bool> Rows<L, D>
         if !self.runs {
             L::prefetch(self.index.wrapping_add((k + AHEAD) * CHUNK).cast());
         }
-        let cell = (self.row + k) * CHUNK + self.part * L::W;
         let mut s = 0;
         while s < self.sweep.streams() {
-            L::prefetch(self.streams[s].source(cell + AHEAD * CHUNK));
+            L::prefetch(self.streams[s].source(self.row + k + AHEAD));
             s += 1;
         }
     }

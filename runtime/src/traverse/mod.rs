@@ -93,42 +93,44 @@ pub struct Call {
 // bytes, histories and counter) no other chunk touches.
 unsafe impl Sync for Call {}
 
-/// Eight numbers per row of a cloud; or eight for all rows: what has one value on all bonds; or the place of eight per
-/// row: what has few.
+/// Numbers of the bonds of a cloud: eight per row; or eight for all rows, where all bonds have the same; or of every row the
+/// place of its own in a table, where few rows differ.
 #[derive(Clone, Copy)]
 pub(crate) struct Stream {
-    pub from: *const f64,
-    /// All bits set, or none.
-    pub cells: usize,
-    /// Of every row, which eight are its own; or null.
-    pub rows: *const u32,
+    /// What is read row by row, and how many bytes lie from one row to the next.
+    pub rows: *const u8,
+    pub step: usize,
+    /// Null where the rows are the numbers.
+    pub table: *const f64,
 }
 
 impl Stream {
     pub const NONE: Stream = Stream {
-        from: null(),
-        cells: 0,
         rows: null(),
+        step: 0,
+        table: null(),
     };
 
+    /// The eight numbers of a row.
+    ///
     /// # Safety
-    /// The stream has this cell.
+    /// The stream has this row.
     #[inline(always)]
-    unsafe fn at(self, cell: usize) -> *const f64 {
-        let cell = match self.rows.is_null() {
-            true => cell & self.cells,
-            false => unsafe { *self.rows.add(cell / CHUNK) as usize * CHUNK + cell % CHUNK },
-        };
-        self.from.wrapping_add(cell)
+    unsafe fn at(self, row: usize) -> *const f64 {
+        let here = self.source(row);
+        match self.table.is_null() {
+            true => here.cast(),
+            false => {
+                let place = unsafe { *here.cast::<u32>() };
+                self.table.wrapping_add(place as usize * CHUNK)
+            }
+        }
     }
 
-    /// Where the numbers of a cell come from that may lie beyond the last.
+    /// What is read of a row, which may lie beyond the last.
     #[inline(always)]
-    fn source(self, cell: usize) -> *const u8 {
-        match self.rows.is_null() {
-            true => self.from.wrapping_add(cell & self.cells).cast(),
-            false => self.rows.wrapping_add(cell / CHUNK).cast(),
-        }
+    fn source(self, row: usize) -> *const u8 {
+        self.rows.wrapping_add(row * self.step)
     }
 }
 
