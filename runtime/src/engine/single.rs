@@ -13,7 +13,8 @@ use crate::spec::{Op, SlotKind, Spec, Stage};
 use crate::traverse::Call;
 use rayon::prelude::*;
 
-/// Magnitudes that are safe, as products of two or three of them are numbers still.
+/// Magnitudes that are taken. In SI units a large one (a stiffness) meets small ones (volumes, lengths), so that products of
+/// them are numbers too; where one is not, forces are not finite, and a run says so.
 const SAFE: std::ops::Range<f64> = 1e-30..1e30;
 /// Displacements below [in their own unit] are zero, as arithmetic with the smallest numbers takes many times as long.
 const NOTHING: f32 = 1e-30;
