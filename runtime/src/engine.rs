@@ -44,6 +44,7 @@ use crate::traverse::CHUNK;
 use geometry::Geometry;
 use program::Program;
 use std::collections::BTreeSet;
+use std::sync::Arc;
 use std::time::Duration;
 
 /// What a scene says about a law.
@@ -283,7 +284,10 @@ impl Engine {
         }
         let family = |(f, b): (&Family, &BondData)| {
             let history = |&v: &f64| vec![v; history_len(f)];
-            FamilyState::new(f.present.clone(), b.initial.iter().map(history).collect())
+            FamilyState::new(
+                Arc::clone(&f.present),
+                b.initial.iter().map(history).collect(),
+            )
         };
         State {
             step: 0,
@@ -303,7 +307,7 @@ impl Engine {
         };
         let bonds = |(f, (b, s)): (&Family, (&BondData, &FamilyState))| {
             let masks = s.intact.len() == f.present.len()
-                && s.intact.iter().zip(&f.present).all(|(i, p)| i & !p == 0);
+                && s.intact.iter().zip(&*f.present).all(|(i, p)| i & !p == 0);
             masks
                 && s.history.len() == b.initial.len()
                 && s.history.iter().all(|h| h.len() == history_len(f))

@@ -1,5 +1,6 @@
 //! Everything that changes during a run, in one structure.
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// The state of a body. Node arrays are in layout order (see [`crate::engine::Engine::slots`]), SI units.
@@ -30,8 +31,9 @@ pub struct Bond {
 /// Bonds of one family.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct FamilyState {
-    /// Eight bonds a byte. Call [`FamilyState::touch`] after changing it by hand.
-    pub intact: Vec<u8>,
+    /// Eight bonds a byte; the masks of the family itself until one is broken. Call [`FamilyState::touch`] after changing it
+    /// by hand.
+    pub intact: Arc<Vec<u8>>,
     /// One array per bond history of the law, eight values per byte of `intact`.
     pub history: Vec<Vec<f64>>,
     /// Differs whenever `intact` may differ, so that an engine knows when what it derived is stale.
@@ -49,7 +51,7 @@ impl PartialEq for FamilyState {
 }
 
 impl FamilyState {
-    pub(crate) fn new(intact: Vec<u8>, history: Vec<Vec<f64>>) -> FamilyState {
+    pub(crate) fn new(intact: Arc<Vec<u8>>, history: Vec<Vec<f64>>) -> FamilyState {
         FamilyState {
             intact,
             history,

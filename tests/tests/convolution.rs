@@ -3,6 +3,7 @@
 
 use std::collections::{BTreeSet, HashSet};
 use std::path::Path;
+use std::sync::Arc;
 
 use pdlang::assemble::{self, Kinematics};
 use pdlang::ir::Law;
@@ -475,7 +476,7 @@ fn a_broken_second_family_is_walked() {
                 if broken {
                     let near = &mut at.families[1];
                     let row = near.intact.iter().position(|bits| *bits != 0);
-                    near.intact[row.expect("a bond")] = 0;
+                    Arc::make_mut(&mut near.intact)[row.expect("a bond")] = 0;
                     near.touch();
                 }
                 engine.forces(&mut at, Breaking::Held);

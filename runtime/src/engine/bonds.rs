@@ -3,6 +3,7 @@ use super::{Bond, Engine, State};
 use crate::layout::{Family, Met};
 use crate::traverse::CHUNK;
 use rayon::prelude::*;
+use std::sync::Arc;
 
 impl Engine {
     /// Breaks every bond for which `crosses` holds, given the reference positions [m] of its two ends.
@@ -10,10 +11,11 @@ impl Engine {
     /// Both directions of a bond get the same answer. A bond across a periodic boundary is shown from both sides.
     pub fn cut(&self, s: &mut State, crosses: &dyn Fn([f64; 3], [f64; 3]) -> bool) {
         for (family, state) in self.families.iter().zip(&mut s.families) {
+            let intact = Arc::make_mut(&mut state.intact);
             for chunk in 0..self.layout.chunks() {
                 family.for_each(&self.layout, chunk, |m| {
                     if self.is_crossed(m, crosses) {
-                        state.intact[m.row] &= !m.bit();
+                        intact[m.row] &= !m.bit();
                     }
                 });
             }

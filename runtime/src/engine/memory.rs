@@ -105,9 +105,11 @@ impl Engine {
                 bond_bytes += 8 * (values.len() + records.len());
             }
         }
-        for (f, b) in self.families.iter().zip(&self.bonds) {
+        for (k, (f, b)) in self.families.iter().zip(&self.bonds).enumerate() {
+            // Those of a state that breaks none are those of the family.
+            let breaks = self.programs.iter().any(|p| p.kills && p.family == k);
             bond_bytes += f.bytes()
-                + f.present.len()
+                + f.present.len() * usize::from(breaks)
                 + 2 * bytes(&b.next)
                 + bytes(&b.weights)
                 + 4 * b.reverse.len()

@@ -9,6 +9,7 @@ use crate::traverse::{CHUNK, Call, MAX_GEOMETRY, MAX_HISTORIES, MAX_RECORDS, MAX
 use rayon::prelude::*;
 use std::ops::Range;
 use std::ptr::{null, null_mut};
+use std::sync::Arc;
 
 /// Rows of a task: tens of microseconds, so that handing it out costs nothing.
 const ROWS_PER_TASK: usize = 8192;
@@ -52,7 +53,7 @@ impl Engine {
             (call.armed, call.armed_step) = (bonds.armed.as_ptr(), 1);
         }
         call.broken = self.broken.as_mut_ptr();
-        call.bits = s.families[family].intact.as_mut_ptr();
+        call.bits = Arc::make_mut(&mut s.families[family].intact).as_mut_ptr();
         self.over_chunks(k, &call, &[], true);
         self.sleep.ran(k, true);
         self.refresh_outputs(k);

@@ -317,7 +317,7 @@ fn family(layout: &Layout, search: &Search, order: &Order, most: f64) -> Family 
     Family {
         first,
         last,
-        present,
+        present: present.into(),
         bonds,
         shape: Shape::List(list),
     }

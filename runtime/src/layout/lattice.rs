@@ -359,7 +359,7 @@ impl Rows<'_> {
         Family {
             first,
             last,
-            present,
+            present: present.into(),
             bonds,
             shape: Shape::Stencil(stencil),
         }

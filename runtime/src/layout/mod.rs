@@ -13,6 +13,7 @@ pub(crate) use lattice::{lattice, plan_lattice};
 use crate::fourier::Axis;
 use crate::traverse::CHUNK;
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// Relative slack of the squared horizon: a neighbour at exactly delta belongs to the family, however rounded.
 pub(crate) const INCLUSIVE: f64 = 1.0 + 1e-9;
@@ -145,7 +146,7 @@ pub(crate) struct Family {
     pub first: Vec<u32>,
     pub last: Vec<u32>,
     /// One byte per row: bonds of the reference family.
-    pub present: Vec<u8>,
+    pub present: Arc<Vec<u8>>,
     /// Directed bonds.
     pub bonds: usize,
     pub shape: Shape,
