@@ -208,6 +208,8 @@ pub struct Engine {
     /// Positions and displacements of a cloud.
     x_records: Vec<Record>,
     u_records: Vec<Record>,
+    /// Per eight slots whether anybody reads records of them: rows of lists do, runs read arrays.
+    listed: Vec<bool>,
     /// Values of sweeps that others read in a cloud, and who.
     groups: Vec<records::Group>,
     uses: Vec<records::Uses>,

@@ -32,6 +32,8 @@ pub struct Twin {
     x: [Vec<f64>; 3],
     x_records: Vec<Record>,
     u_records: Vec<Record>,
+    /// Per eight slots whether a column of lists leads there.
+    listed: Vec<bool>,
     pub u: [Vec<f64>; 3],
     pub f: [Vec<f64>; 3],
     pub a: Vec<f64>,
@@ -77,6 +79,7 @@ impl Twin {
             x: [zero(), zero(), zero()],
             x_records: vec![Record([0.0; 4]); len],
             u_records: vec![Record([0.0; 4]); len],
+            listed: vec![false; len.div_ceil(8)],
             u: [zero(), zero(), zero()],
             f: [zero(), zero(), zero()],
             a: zero(),
@@ -96,13 +99,19 @@ impl Twin {
                 t.x[a][s as usize] = nodes[node][a];
             }
         }
-        pack(&t.x, &mut t.x_records);
         for block in cell.chunks(8).enumerate() {
             t.block(n, nodes, slot, block.0 * 8, block.1, c);
         }
         for v in [&mut t.pmb, &mut t.lps, &mut t.heat, &mut t.w] {
             v.keep(&t.bits);
         }
+        for c in 0..t.start.len() - 1 {
+            if !t.are_runs(c) {
+                let slots = &t.index[t.at[c]..t.at[c + 1]];
+                slots.iter().for_each(|s| t.listed[*s as usize / 8] = true);
+            }
+        }
+        pack(&t.x, &mut t.x_records, &t.listed);
         t.index = loads::in_large_pages(&t.index);
         t
     }
@@ -223,7 +232,7 @@ impl Twin {
     /// Stabilised correspondence: displacement gradient (with breaking) and stress, then force.
     pub fn correspondence(&mut self, e: &Elastic) {
         // SAFETY: as above.
-        pack(&self.u, &mut self.u_records);
+        pack(&self.u, &mut self.u_records, &self.listed);
         unsafe {
             every_block!(self.gradient_avx512(e));
             every_block!(self.pull_avx512());
@@ -233,14 +242,14 @@ impl Twin {
     /// PMB with breaking.
     pub fn pmb(&mut self) {
         // SAFETY: checked in `new`; indices are slots, those of runs with seven more behind.
-        pack(&self.u, &mut self.u_records);
+        pack(&self.u, &mut self.u_records, &self.listed);
         unsafe { every_block!(self.pmb_avx512()) }
     }
 
     /// LPS: dilatation (with breaking), then force.
     pub fn lps(&mut self) {
         // SAFETY: as above.
-        pack(&self.u, &mut self.u_records);
+        pack(&self.u, &mut self.u_records, &self.listed);
         unsafe {
             every_block!(self.dilatation_avx512());
             every_block!(self.force_avx512());
@@ -303,6 +312,9 @@ impl Twin {
             let state = elastic::state(&s, &shape, penalty, material);
             for (to, value) in self.state.iter_mut().zip(&state) {
                 _mm512_storeu_pd(to.as_mut_ptr().add(at), *value);
+            }
+            if !self.listed[c] {
+                return;
             }
             for (a, to) in self.state_records.iter_mut().enumerate() {
                 let rows = [state[3 * a], state[3 * a + 1], state[3 * a + 2], penalty];

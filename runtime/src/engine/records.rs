@@ -113,6 +113,9 @@ impl Engine {
         }
         for &base in &self.layout.base[from..to] {
             let base = base as usize;
+            if !self.listed[base / CHUNK] {
+                continue;
+            }
             for pack in packs {
                 // SAFETY: slots of a chunk are slots of the arrays.
                 (base..base + CHUNK).for_each(|slot| unsafe { pack.one(slot) });

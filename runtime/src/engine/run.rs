@@ -268,26 +268,31 @@ impl Engine {
         if self.lattice {
             return self.forget_rounded();
         }
-        let u = &s.u;
-        let one = |(slot, r): (usize, &mut Record)| {
+        let (u, listed) = (&s.u, &self.listed);
+        let one = |slot: usize, r: &mut Record| {
             for (to, u) in r.0.iter_mut().zip(u) {
                 *to = u[slot];
             }
         };
         if let Some(awake) = self.sleep.to_pack() {
             let slots = self.layout.slots_of(awake.iter().cloned().flatten());
-            slots.for_each(|slot| one((slot, &mut self.u_records[slot])));
+            let read = slots.filter(|slot| listed[slot / CHUNK]);
+            read.for_each(|slot| one(slot, &mut self.u_records[slot]));
             return;
         }
         self.sleep.packed();
+        let eight = |(k, records): (usize, &mut [Record])| {
+            if listed[k] {
+                let slots = (k * CHUNK..).zip(records);
+                slots.for_each(|(slot, record)| one(slot, record));
+            }
+        };
         if rayon::current_num_threads() > 1 {
-            self.u_records
-                .par_iter_mut()
-                .with_min_len(4096)
-                .enumerate()
-                .for_each(one);
+            let parts = self.u_records.par_chunks_mut(CHUNK).enumerate();
+            parts.with_min_len(512).for_each(eight);
         } else {
-            self.u_records.iter_mut().enumerate().for_each(one);
+            let parts = self.u_records.chunks_mut(CHUNK).enumerate();
+            parts.for_each(eight);
         }
     }
 

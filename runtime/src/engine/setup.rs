@@ -295,6 +295,8 @@ fn assemble(
             (0..layout.len).map(record).collect()
         }
     };
+    let mut listed = vec![false; layout.len / CHUNK];
+    families.iter().for_each(|f| f.mark_listed(&mut listed));
     let (groups, uses) = match lattice {
         true => (vec![], vec![Default::default(); programs.len()]),
         false => records::groups(&spec, &programs, layout.len),
@@ -305,6 +307,7 @@ fn assemble(
         uses,
         x_records: records(&|slot| layout.position(slot)),
         u_records: records(&|_| [0.0; 3]),
+        listed,
         arrays: (0..arrays).map(|_| zeros(layout.len)).collect(),
         broken: vec![0; layout.chunks()],
         needs: Needs::of(&spec),

@@ -303,6 +303,21 @@ impl Family {
         )
     }
 
+    /// Marks the slots, eight by eight, that rows of lists lead to.
+    pub fn mark_listed(&self, marks: &mut [bool]) {
+        let Shape::List(list) = &self.shape else {
+            return;
+        };
+        for chunk in 0..self.first.len() {
+            if !list.are_runs(chunk, self.rows(chunk).len()) {
+                let slots = &list.index[list.at[chunk] as usize..list.at[chunk + 1] as usize];
+                for &slot in slots {
+                    marks[slot as usize / CHUNK] = true;
+                }
+            }
+        }
+    }
+
     /// Visits the reference bonds of a chunk in the order of the sums.
     #[inline]
     pub fn for_each(&self, layout: &Layout, chunk: usize, mut visit: impl FnMut(Met)) {

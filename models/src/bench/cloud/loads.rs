@@ -11,9 +11,13 @@ const AHEAD: usize = 24;
 #[repr(C, align(32))]
 pub struct Record(pub [f64; 4]);
 
-pub fn pack(v: &[Vec<f64>; 3], records: &mut [Record]) {
-    for (slot, r) in records.iter_mut().enumerate() {
-        r.0 = [v[0][slot], v[1][slot], v[2][slot], 0.0];
+/// Those of slots that are listed, eight by eight.
+pub fn pack(v: &[Vec<f64>; 3], records: &mut [Record], listed: &[bool]) {
+    let eight = records.chunks_mut(8).enumerate();
+    for (block, records) in eight.filter(|(block, _)| listed[*block]) {
+        for (slot, r) in (8 * block..).zip(records) {
+            r.0 = [v[0][slot], v[1][slot], v[2][slot], 0.0];
+        }
     }
 }
 
