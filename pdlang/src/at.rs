@@ -196,8 +196,19 @@ fn word_of_language(source: &Source, name: &str, span: Span) -> Option<Named> {
             return Some(found);
         }
     }
-    let shapes = ["scalar", "vector", "symmetric", "tensor"];
-    let shape_before = shapes.iter().find_map(|shape| before.strip_suffix(shape));
+    let typed = before.ends_with(':');
+    if let Some(doc) = words::in_table(&words::SHAPES, name).filter(|_| typed) {
+        return said(name.into(), doc);
+    }
+    let meets = before.ends_with("meets");
+    if let Some(doc) = words::in_table(&words::MEETINGS, name).filter(|_| meets) {
+        return said(format!("meets {name}"), doc);
+    }
+    if let Some(doc) = words::in_table(&words::FLAVOURS, name) {
+        return said(format!("flavour {name}"), doc);
+    }
+    let mut shapes = words::SHAPES.iter();
+    let shape_before = shapes.find_map(|(shape, _)| before.strip_suffix(shape));
     if shape_before.unwrap_or(before).trim_end().ends_with(':')
         && let Some(kind) = units::named_kind(name)
     {

@@ -171,14 +171,52 @@ const SAID: [(&str, &str); 39] = [
     ),
 ];
 
-pub(crate) fn said(word: &str) -> Option<&'static str> {
-    let mut all = SAID.iter();
+/// Shapes of a value, behind the colon of a definition.
+pub(crate) const SHAPES: [(&str, &str); 4] = [
+    ("scalar", "a number"),
+    ("vector", "one number per dimension"),
+    (
+        "symmetric",
+        "a tensor that is the same transposed: 1, 3 or 6 numbers in 1, 2 or 3 dimensions",
+    ),
+    ("tensor", "1, 4 or 9 numbers in 1, 2 or 3 dimensions"),
+];
+
+/// Flavours of a body.
+pub(crate) const FLAVOURS: [(&str, &str); 5] = [
+    ("bar", "one dimension, and no stress across it"),
+    ("slab", "one dimension, and no strain across it"),
+    ("plane_stress", "two dimensions, and no stress across them"),
+    ("plane_strain", "two dimensions, and no strain across them"),
+    ("3d", "three dimensions"),
+];
+
+/// How the values of two materials meet, by name.
+pub(crate) const MEETINGS: [(&str, &str); 5] = [
+    ("arithmetic", "their average, `(a + b)/2`"),
+    ("harmonic", "`2*a*b/(a + b)`, that of two halves in a row"),
+    (
+        "series",
+        "`1/(fa/a + fb/b)`, that of the two pieces of the bond in a row",
+    ),
+    ("min", "the smaller one"),
+    ("max", "the larger one"),
+];
+
+/// What a table says of a word.
+pub(crate) fn in_table(table: &[(&str, &'static str)], word: &str) -> Option<&'static str> {
+    let mut all = table.iter();
     all.find(|(known, _)| *known == word).map(|(_, said)| *said)
+}
+
+pub(crate) fn said(word: &str) -> Option<&'static str> {
+    in_table(&SAID, word)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ir::{Flavour, Meet};
 
     #[test]
     fn are_those_of_the_grammar() {
@@ -213,6 +251,19 @@ mod tests {
         for word in all {
             assert!(said.contains(&word), "`{word}` has no sentence");
         }
+    }
+
+    #[test]
+    fn tables_are_complete() {
+        let listed = |table: &[(&'static str, &str)]| -> Vec<&str> {
+            table.iter().map(|(word, _)| *word).collect()
+        };
+        let mut grammar = include_str!("grammar.pest").lines();
+        let shapes = grammar.find(|line| line.starts_with("shape_word"));
+        let shapes: Vec<&str> = shapes.unwrap_or("").split('"').skip(1).step_by(2).collect();
+        assert_eq!(listed(&SHAPES), shapes);
+        assert_eq!(listed(&FLAVOURS), Flavour::ALL.map(|f| f.name()));
+        assert_eq!(listed(&MEETINGS), Meet::WORDS.map(|(word, _)| word));
     }
 
     /// The grammar of editors colours every word of the language.

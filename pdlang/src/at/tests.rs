@@ -192,6 +192,27 @@ fn kinds_checks_and_influence_functions_say_what_they_are() {
 }
 
 #[test]
+fn shapes_flavours_and_meetings_say_what_they_are() {
+    let law = "model a \"t\" cite \"a, eq. 1\" for slab, 3d {
+        param K : pressure > 0 meets harmonic \"K\" let k = case flavour { 3d: K }
+        node v : symmetric = sum(outer(xi, xi)) energy W = K*sum(s^2)/sum(1)
+        probe one in bar where K = 1 Pa { expect W = 0 Pa } }";
+    let find = |name: &str| at(law, "", &mut nowhere, law.find(name).unwrap()).unwrap();
+    for (name, is, doc) in [
+        ("slab", "flavour slab", "no strain across"),
+        ("3d {", "flavour 3d", "three"),
+        ("3d:", "flavour 3d", "three"),
+        ("bar", "flavour bar", "no stress across"),
+        ("harmonic", "meets harmonic", "two halves"),
+        ("symmetric", "symmetric", "the same transposed"),
+    ] {
+        let found = find(name);
+        assert_eq!(found.is, is);
+        assert!(found.doc.contains(doc), "{name}: {}", found.doc);
+    }
+}
+
+#[test]
 fn what_has_the_name_of_a_value_and_is_none_says_nothing() {
     let text = "model a \"t\" cite \"a, eq. 1\" {
   param K : pressure \"K\" node m = sum(x) node l = K*sum(s)
