@@ -284,13 +284,16 @@ impl Engine {
                 slots[k].fill(h.initial);
             }
         }
-        let family = |(f, b): (&Family, &BondData)| {
+        let family = |(k, (f, b)): (usize, (&Family, &BondData))| {
             let history = |&v: &f64| vec![v; history_len(f)];
-            FamilyState::new(
-                Arc::clone(&f.present),
-                b.initial.iter().map(history).collect(),
-            )
+            // Masks of its own from the start, if a step may change them: it allocates nothing.
+            let masks = match self.breaks(k) {
+                true => Arc::new(f.present.to_vec()),
+                false => Arc::clone(&f.present),
+            };
+            FamilyState::new(masks, b.initial.iter().map(history).collect())
         };
+        let families = self.families.iter().zip(&self.bonds);
         State {
             step: 0,
             time: 0.0,
@@ -298,8 +301,14 @@ impl Engine {
             u: (0..self.spec.dim).map(|_| zero()).collect(),
             v: (0..self.spec.dim).map(|_| zero()).collect(),
             slots,
-            families: self.families.iter().zip(&self.bonds).map(family).collect(),
+            families: families.enumerate().map(family).collect(),
         }
+    }
+
+    /// Whether a sweep may break bonds of a family.
+    fn breaks(&self, family: usize) -> bool {
+        let mut programs = self.programs.iter();
+        programs.any(|p| p.kills && p.family == family)
     }
 
     /// True where a state has the arrays that this engine needs: a checkpoint of another scene has not.

@@ -106,10 +106,9 @@ impl Engine {
             }
         }
         for (k, (f, b)) in self.families.iter().zip(&self.bonds).enumerate() {
-            // Those of a state that breaks none are those of the family.
-            let breaks = self.programs.iter().any(|p| p.kills && p.family == k);
+            // A state that breaks none has the masks of the family.
             bond_bytes += f.bytes()
-                + f.present.len() * usize::from(breaks)
+                + f.present.len() * usize::from(self.breaks(k))
                 + 2 * bytes(&b.next)
                 + bytes(&b.weights)
                 + 4 * b.reverse.len()
