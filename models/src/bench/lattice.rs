@@ -4,6 +4,9 @@ use super::scene::{DX, HORIZON};
 use super::twin::Elastic;
 use std::arch::x86_64::*;
 
+/// Slots before the first row: eight nodes look as far as the horizon.
+const BEFORE: usize = 16;
+
 /// One stencil entry, its values in the order of use.
 #[repr(C)]
 struct Entry {
@@ -19,11 +22,10 @@ struct Entry {
     w: f64,
 }
 
-/// The scene in a padded box, x fastest.
+/// The scene in a box, x fastest, padded in the other directions: the slot behind the end of a row is the first of the next.
 pub struct Twin {
     n: usize,
     reach: usize,
-    row: usize,
     entries: Vec<Entry>,
     /// First slot of every chunk; one byte per chunk and entry.
     chunks: Vec<usize>,
@@ -45,14 +47,12 @@ impl Twin {
     pub fn new(n: usize, c: f64, s0: f64) -> Twin {
         assert!(is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq"));
         let reach = (HORIZON / DX) as usize;
-        let row = (n.next_multiple_of(8)).max(n + reach).next_multiple_of(8);
         let side = n + 2 * reach;
-        let len = side * side * row + 8 + 8 + reach;
+        let len = side * side * n + BEFORE + 8 + reach;
         let zero = || vec![0.0; len];
         let mut t = Twin {
             n,
             reach,
-            row,
             entries: vec![],
             chunks: vec![],
             bits: vec![],
@@ -73,7 +73,7 @@ impl Twin {
     /// Slot of a cell.
     pub fn slot(&self, cell: [usize; 3]) -> usize {
         let [i, j, k] = cell;
-        ((k + self.reach) * (self.n + 2 * self.reach) + j + self.reach) * self.row + 8 + i
+        ((k + self.reach) * (self.n + 2 * self.reach) + j + self.reach) * self.n + BEFORE + i
     }
 
     fn stencil(&mut self, c: f64, s0: f64) {
@@ -95,7 +95,7 @@ impl Twin {
                         (HORIZON + 0.5 * DX - x) / DX * volume
                     };
                     self.entries.push(Entry {
-                        offset: (k * (self.n as isize + 2 * h) + j) * self.row as isize + i,
+                        offset: (k * (self.n as isize + 2 * h) + j) * self.n as isize + i,
                         xi,
                         // SAFETY: checked in `new`.
                         ix: unsafe { reciprocal_root(r2) },
@@ -110,30 +110,42 @@ impl Twin {
         }
     }
 
+    /// The cell of a slot, of which some are beside the box.
+    fn cell(&self, slot: usize) -> Option<[isize; 3]> {
+        let (n, h, at) = (self.n, self.reach, slot.checked_sub(BEFORE)?);
+        let side = n + 2 * h;
+        let cell = [at % n, at / n % side, at / n / side].map(|c| c as isize);
+        let cell = [cell[0], cell[1] - h as isize, cell[2] - h as isize];
+        cell.iter()
+            .all(|c| (0..n as isize).contains(c))
+            .then_some(cell)
+    }
+
+    /// Eight slots after the other, of which one is a node at least.
     fn masks(&mut self) {
-        let n = self.n as isize;
-        let h = self.reach as isize;
+        let (n, h) = (self.n as isize, self.reach as isize);
         let inside = |c: isize| (0..n).contains(&c);
-        for k in 0..self.n {
-            for j in 0..self.n {
-                for i in (0..self.n).step_by(8) {
-                    self.chunks.push(self.slot([i, j, k]));
-                    for dk in -h..=h {
-                        for dj in -h..=h {
-                            for di in -h..=h {
-                                let r = ((di * di + dj * dj + dk * dk) as f64).sqrt() * DX;
-                                if r == 0.0 || r > HORIZON {
-                                    continue;
-                                }
-                                let row = inside(j as isize + dj) && inside(k as isize + dk);
-                                let mut byte = 0u8;
-                                for lane in 0..8 {
-                                    let at = (i + lane) as isize;
-                                    byte |= ((row && inside(at) && inside(at + di)) as u8) << lane;
-                                }
-                                self.bits.push(byte);
-                            }
+        for first in (BEFORE..self.a.len() - 8).step_by(8) {
+            let cells: [_; 8] = std::array::from_fn(|lane| self.cell(first + lane));
+            if cells.iter().all(Option::is_none) {
+                continue;
+            }
+            self.chunks.push(first);
+            for dk in -h..=h {
+                for dj in -h..=h {
+                    for di in -h..=h {
+                        let r = ((di * di + dj * dj + dk * dk) as f64).sqrt() * DX;
+                        if r == 0.0 || r > HORIZON {
+                            continue;
                         }
+                        let there = |cell: &Option<[isize; 3]>| {
+                            cell.is_some_and(|[i, j, k]| {
+                                inside(i + di) && inside(j + dj) && inside(k + dk)
+                            })
+                        };
+                        let lanes = cells.iter().enumerate();
+                        let lanes = lanes.map(|(lane, cell)| u8::from(there(cell)) << lane);
+                        self.bits.push(lanes.sum());
                     }
                 }
             }

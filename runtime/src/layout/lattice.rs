@@ -1,4 +1,4 @@
-//! Lattice layout: a padded box of cells, chunks of eight cells along one axis, a stencil as family.
+//! Lattice layout: a box of cells, padded but along its fastest axis, chunks of eight cells along it, a stencil as family.
 //!
 //! Where materials meet, the nodes of each in a block of eight are a chunk, and the bonds to each are a row.
 use super::{
@@ -28,7 +28,8 @@ pub(crate) struct Plan {
     pub chunks: usize,
 }
 
-/// Lays the box out so that chunks along the fastest axis waste few lanes and slow steps stay close in memory.
+/// Lays the box out so that chunks waste few lanes and slow steps stay close in memory: chunks along the fastest axis, which
+/// begin anew with every row of cells or go on from one row to the next.
 pub(crate) fn plan_lattice(body: &Body, grid: &Grid, delta: f64, materials: usize) -> Plan {
     let dim = body.flavour.dim();
     let shape = grid.shape.map(|n| n.max(1) as usize);
@@ -37,41 +38,35 @@ pub(crate) fn plan_lattice(body: &Body, grid: &Grid, delta: f64, materials: usiz
         *reach = (delta * INCLUSIVE / grid.spacing).floor() as usize;
         debug_assert!(a < dim);
     }
-    let counts: Vec<usize> = (0..dim)
-        .map(|a| count_chunks(body, grid, shape, a, materials))
-        .collect();
-    let fast = (0..dim).min_by_key(|&a| counts[a]).unwrap_or(0);
-    let mut rest: Vec<usize> = (0..3).filter(|&a| a != fast).collect();
-    rest.sort_by_key(|&a| (a >= dim, shape[a], a));
-    let order = [fast, rest[0], rest[1]];
-    let mut plan = Plan {
-        dim,
-        shape,
-        reach,
-        order,
-        stride: [0; 3],
-        before: [0; 3],
-        len: 0,
-        chunks: counts[fast],
+    let laid_out = |fast: usize, anew: bool| {
+        let mut rest: Vec<usize> = (0..3).filter(|&a| a != fast).collect();
+        rest.sort_by_key(|&a| (a >= dim, shape[a], a));
+        let mut plan = Plan {
+            dim,
+            shape,
+            reach,
+            order: [fast, rest[0], rest[1]],
+            stride: [0; 3],
+            before: [0; 3],
+            len: 0,
+            chunks: 0,
+        };
+        plan.lay_out(body.periodic[fast].is_some(), anew);
+        plan.chunks = count_chunks(body, grid, &plan, materials);
+        plan
     };
-    plan.lay_out(body.periodic[fast].is_some());
-    plan
+    let fewest = |a: Plan, b: Plan| if b.chunks < a.chunks { b } else { a };
+    let anew = (0..dim).map(|fast| laid_out(fast, true));
+    let anew = anew.reduce(fewest).unwrap_or_else(|| laid_out(0, true));
+    let on = laid_out(anew.order[0], false);
+    fewest(anew, on)
 }
 
-/// Chunks that hold a node if `axis` were the fastest.
-fn count_chunks(
-    body: &Body,
-    grid: &Grid,
-    shape: [usize; 3],
-    axis: usize,
-    materials: usize,
-) -> usize {
-    let per_row = shape[axis].div_ceil(CHUNK);
-    let (b, c) = ((axis + 1) % 3, (axis + 2) % 3);
-    let mut seen = vec![false; per_row * shape[b] * shape[c] * materials];
+/// Chunks that hold a node: eight slots, of one material.
+fn count_chunks(body: &Body, grid: &Grid, plan: &Plan, materials: usize) -> usize {
+    let mut seen = vec![false; plan.len / CHUNK * materials];
     for (node, cell) in grid.cell.iter().enumerate() {
-        let [p, q, r] = [cell[axis] as usize, cell[b] as usize, cell[c] as usize];
-        let block = (r * shape[b] + q) * per_row + p / CHUNK;
+        let block = plan.slot(cell.map(i64::from)) / CHUNK;
         seen[block * materials + material(body, node)] = true;
     }
     seen.iter().filter(|&&s| s).count()
@@ -82,15 +77,17 @@ fn material(body: &Body, node: usize) -> usize {
 }
 
 impl Plan {
-    fn lay_out(&mut self, periodic: bool) {
+    /// `anew`: a row of cells begins with a chunk.
+    fn lay_out(&mut self, periodic: bool, anew: bool) {
         let [fast, middle, slow] = self.order;
         let (n, h) = (self.shape[fast], self.reach[fast]);
-        let before = h.next_multiple_of(CHUNK);
-        // The padding after a row is the padding before the next; only images need room of their own.
-        let row = n
-            .next_multiple_of(CHUNK)
-            .max(n + if periodic { 2 * h } else { h })
-            .next_multiple_of(CHUNK);
+        // Images need room of their own. Where there are none the cells behind the end of a row are those of the next, and
+        // no bond leads there: see [`Rows::within`]. A chunk may begin with slots that have no node.
+        let row = if periodic { n + 2 * h } else { n };
+        let (row, before) = match anew {
+            true => (row.next_multiple_of(CHUNK), h.next_multiple_of(CHUNK)),
+            false => (row, h + CHUNK),
+        };
         self.stride[fast] = 1;
         self.stride[middle] = row;
         self.stride[slow] = row * (self.shape[middle] + 2 * self.reach[middle]);
@@ -101,7 +98,7 @@ impl Plan {
         self.len = (rows * row + before + CHUNK + h).next_multiple_of(CHUNK);
     }
 
-    /// Slot of a cell; cells outside the box by no more than the reach have slots too.
+    /// Slot of a cell; images outside the box by no more than the reach have slots too.
     fn slot(&self, cell: [i64; 3]) -> usize {
         let mut s = 0;
         for a in 0..3 {
@@ -187,7 +184,11 @@ pub(crate) fn lattice(
         let kinds: Vec<Option<Kind>> = (0..steps.len() * horizons.len())
             .map(|k| kind(k / horizons.len(), k % horizons.len()))
             .collect();
+        let fast = plan.order[0];
         let rows = Rows {
+            steps: &steps,
+            fast,
+            ends: body.periodic[fast].is_none().then_some(grid),
             layout: &layout,
             body,
             occupied: &occupied,
@@ -312,6 +313,10 @@ const BLOCK: usize = 4096;
 
 /// The bonds that exist: both ends are nodes or images of nodes.
 struct Rows<'a> {
+    steps: &'a [([i64; 3], [f64; 3])],
+    /// The fastest axis, and the grid where rows of cells end along it: the slot behind the last cell is that of another row.
+    fast: usize,
+    ends: Option<&'a Grid>,
     layout: &'a Layout,
     body: &'a Body,
     occupied: &'a [u32],
@@ -397,7 +402,8 @@ impl Rows<'_> {
             let Some(kind) = kinds.iter().flatten().next() else {
                 continue;
             };
-            for lane in (0..CHUNK).filter(|lane| nodes >> lane & 1 == 1) {
+            let within = self.within(base as usize, nodes, self.steps[step].0[self.fast]);
+            for lane in (0..CHUNK).filter(|lane| within >> lane & 1 == 1) {
                 let other = self.occupied[(base + lane as i64 + kind.offset) as usize];
                 if other != NONE {
                     to_material[material(self.body, other as usize)] |= 1 << lane;
@@ -411,6 +417,18 @@ impl Rows<'_> {
                 }
             }
         }
+    }
+
+    /// The nodes of a chunk from which a step along the fastest axis stays in their row of cells.
+    fn within(&self, base: usize, nodes: u8, step: i64) -> u8 {
+        let Some(grid) = self.ends else { return nodes };
+        let end = i64::from(grid.shape[self.fast]);
+        let stays = |lane: &usize| {
+            let node = self.layout.user[base + lane] as usize;
+            (0..end).contains(&(i64::from(grid.cell[node][self.fast]) + step))
+        };
+        let nodes = (0..CHUNK).filter(|lane| nodes >> lane & 1 == 1);
+        nodes.filter(stays).map(|lane| 1 << lane).sum()
     }
 
     /// Keeps the kinds that occur, and says which are opposite.
