@@ -9,8 +9,6 @@ pub mod canaries;
 pub mod chance;
 pub mod fuzz;
 pub mod laws;
-#[cfg(target_arch = "x86_64")]
-pub mod machine;
 pub mod materials;
 pub mod naive;
 pub mod plain;

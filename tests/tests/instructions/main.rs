@@ -5,12 +5,14 @@
 //! test --release -p pdlang-tests --test instructions` writes the table anew: read the difference.
 #![cfg(target_arch = "x86_64")]
 
+mod machine;
+
+use machine::{Counts, Kind, bond_loop, bond_loops};
 use pdlang_models::registry::{CATALOGUE, Entry};
 use pdlang_runtime::engine::Law;
 use pdlang_runtime::kernel::{Bond, Entries, Instances, Lane, Node, Run, Streams, Sweep};
 use pdlang_runtime::spec::{Op, Stage, SweepSpec};
 use pdlang_runtime::sweep_entries;
-use pdlang_tests::machine::{Counts, Kind, bond_loop, bond_loops};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
