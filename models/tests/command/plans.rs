@@ -132,7 +132,7 @@ fn a_plan_knows_convolutions() {
         let text = format!(
             "[body]\nflavour = \"plane_strain\"\nspacing = \"1 mm\"\nthickness = \"1 mm\"\n\
              shape = {{ box = {{ from = [0, 0], to = [\"150 mm\", \"100 mm\"] }} }}\n\
-             [family]\nhorizon = \"16 dx\"\n{family}\n\
+             [family]\nhorizon = \"30 dx\"\n{family}\n\
              [material]\nmodel = \"pmb\"\nlinearised = true\ndensity = 2200\nK = \"14.9 GPa\"\n{material}\n\
              [time]\nsteps = 5\ndt = \"10 ns\"\n"
         );
