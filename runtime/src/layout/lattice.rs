@@ -453,3 +453,108 @@ impl Rows<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::Flavour;
+
+    const HORIZON: f64 = 3.015;
+
+    fn body(flavour: Flavour, shape: [u32; 3], periodic: [bool; 3]) -> Body {
+        let [nx, ny, nz] = shape;
+        let cell = |k: u32| [k % nx, k / nx % ny, k / nx / ny];
+        let cells: Vec<[u32; 3]> = (0..nx * ny * nz).map(cell).collect();
+        Body {
+            flavour,
+            x: cells.iter().map(|c| c.map(f64::from)).collect(),
+            volume: vec![1.0; cells.len()],
+            material: vec![],
+            regions: vec![],
+            horizon: vec![],
+            cross: 1.0,
+            grid: Some(Grid {
+                origin: [0.0; 3],
+                cell: cells,
+                shape,
+                spacing: 1.0,
+            }),
+            spacing: 1.0,
+            periodic: [0, 1, 2].map(|a| periodic[a].then(|| f64::from(shape[a]))),
+        }
+    }
+
+    /// From which node to which, with the bond vector, in the order of all.
+    fn bonds(body: &Body) -> (Vec<(u32, u32, [i64; 3])>, usize) {
+        let grid = body.grid.as_ref().expect("a grid");
+        let plan = plan_lattice(body, grid, HORIZON, 1);
+        let (layout, families) = lattice(body, grid, &plan, &[HORIZON], false, &[None]);
+        let mut found = vec![];
+        for chunk in 0..layout.chunks() {
+            families[0].for_each(&layout, chunk, |m| {
+                let xi = [0, 1, 2].map(|a| layout.x[a][m.other] - layout.x[a][m.node]);
+                let other = layout.user[layout.ghosts.origin(m.other)];
+                found.push((layout.user[m.node], other, xi.map(|c| c.round() as i64)));
+            });
+        }
+        found.sort_unstable();
+        assert_eq!(found.len(), families[0].bonds);
+        (found, layout.chunks())
+    }
+
+    fn expected(body: &Body) -> Vec<(u32, u32, [i64; 3])> {
+        let copies = |a: usize| {
+            if body.periodic[a].is_some() {
+                -4..=4
+            } else {
+                0..=0
+            }
+        };
+        let mut expected = vec![];
+        for (i, p) in (0..).zip(&body.x) {
+            for (j, q) in (0..).zip(&body.x) {
+                for k in copies(0).flat_map(|x| copies(1).map(move |y| [x, y])) {
+                    let shift = |a: usize| match k.get(a) {
+                        Some(n) => f64::from(*n) * body.periodic[a].unwrap_or(0.0),
+                        None => 0.0,
+                    };
+                    let xi = [0, 1, 2].map(|a| q[a] + shift(a) - p[a]);
+                    let square = length_squared(xi, 3);
+                    if square > 0.0 && square <= HORIZON * HORIZON {
+                        expected.push((i, j, xi.map(|c| c as i64)));
+                    }
+                }
+            }
+        }
+        expected.sort_unstable();
+        expected
+    }
+
+    #[test]
+    fn no_bond_leads_from_the_end_of_a_row_to_the_next() {
+        for (flavour, shape) in [
+            (Flavour::Bar, [9, 1, 1]),
+            (Flavour::PlaneStress, [2, 5, 1]),
+            (Flavour::PlaneStress, [13, 7, 1]),
+            (Flavour::PlaneStress, [16, 7, 1]),
+            (Flavour::Solid, [10, 5, 4]),
+            (Flavour::Solid, [3, 9, 10]),
+        ] {
+            for periodic in [[false; 3], [true, false, false], [false, true, false]] {
+                if !periodic[1] || flavour.dim() > 1 {
+                    let body = body(flavour, shape, periodic);
+                    let (found, _) = bonds(&body);
+                    assert_eq!(found, expected(&body), "{shape:?} {periodic:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn chunks_go_on_from_row_to_row_where_that_saves_some() {
+        for (shape, chunks) in [([50, 5, 1], 32), ([48, 5, 1], 30), ([2, 80, 1], 20)] {
+            let (_, found) = bonds(&body(Flavour::PlaneStress, shape, [false; 3]));
+            assert!((chunks..=chunks + 1).contains(&found), "{shape:?}: {found}");
+        }
+    }
+}
