@@ -390,6 +390,7 @@ impl Rows {
 mod tests {
     use super::*;
     use crate::body::Flavour;
+    use crate::layout::tests::cells;
     use std::collections::BTreeSet;
 
     const HORIZON: f64 = 3.015;
@@ -399,27 +400,19 @@ mod tests {
         let n = 16u32;
         let dim = flavour.dim();
         let mut chance = 1u32;
-        let mut moved = |cell: u32| {
+        let mut moved = |cell: f64| {
             chance = chance.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            f64::from(cell) + amplitude * (f64::from(chance) / f64::from(u32::MAX) * 2.0 - 1.0)
+            cell + amplitude * (f64::from(chance) / f64::from(u32::MAX) * 2.0 - 1.0)
         };
-        let node = |k: u32| {
-            let cell = [k % n, k / n % n, k / n / n];
-            std::array::from_fn(|a| if a < dim { moved(cell[a]) } else { 0.0 })
-        };
-        let x: Vec<[f64; 3]> = (0..n.pow(dim as u32)).map(node).collect();
-        Body {
+        let mut body = cells(
             flavour,
-            volume: vec![1.0; x.len()],
-            material: vec![],
-            regions: vec![],
-            horizon: vec![],
-            cross: 1.0,
-            grid: None,
-            spacing: 1.0,
-            periodic: [None; 3],
-            x,
+            std::array::from_fn(|a| if a < dim { n } else { 1 }),
+        );
+        for x in body.x.iter_mut().flat_map(|x| &mut x[..dim]) {
+            *x = moved(*x);
         }
+        body.grid = None;
+        body
     }
 
     /// The part of the chunks that have runs, and rows by those that bonds would fill.

@@ -56,8 +56,8 @@ pub(crate) fn plan_lattice(body: &Body, grid: &Grid, delta: f64, materials: usiz
         plan
     };
     let fewest = |a: Plan, b: Plan| if b.chunks < a.chunks { b } else { a };
-    let anew = (0..dim).map(|fast| laid_out(fast, true));
-    let anew = anew.reduce(fewest).unwrap_or_else(|| laid_out(0, true));
+    let anew = (1..dim).map(|fast| laid_out(fast, true));
+    let anew = anew.fold(laid_out(0, true), fewest);
     let on = laid_out(anew.order[0], false);
     fewest(anew, on)
 }
@@ -458,29 +458,15 @@ impl Rows<'_> {
 mod tests {
     use super::*;
     use crate::body::Flavour;
+    use crate::layout::tests::cells;
 
     const HORIZON: f64 = 3.015;
 
     fn body(flavour: Flavour, shape: [u32; 3], periodic: [bool; 3]) -> Body {
-        let [nx, ny, nz] = shape;
-        let cell = |k: u32| [k % nx, k / nx % ny, k / nx / ny];
-        let cells: Vec<[u32; 3]> = (0..nx * ny * nz).map(cell).collect();
+        let period = |a: usize| periodic[a].then(|| f64::from(shape[a]));
         Body {
-            flavour,
-            x: cells.iter().map(|c| c.map(f64::from)).collect(),
-            volume: vec![1.0; cells.len()],
-            material: vec![],
-            regions: vec![],
-            horizon: vec![],
-            cross: 1.0,
-            grid: Some(Grid {
-                origin: [0.0; 3],
-                cell: cells,
-                shape,
-                spacing: 1.0,
-            }),
-            spacing: 1.0,
-            periodic: [0, 1, 2].map(|a| periodic[a].then(|| f64::from(shape[a]))),
+            periodic: [0, 1, 2].map(period),
+            ..cells(flavour, shape)
         }
     }
 

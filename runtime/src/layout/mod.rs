@@ -420,3 +420,32 @@ pub(crate) fn partial_volume(r: f64, delta: f64, spacing: f64) -> f64 {
         ((delta + 0.5 * spacing - r) / spacing).clamp(0.0, 1.0)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::body::{Body, Flavour, Grid};
+
+    /// A node of volume 1 in every cell of a box, the first axis fastest.
+    pub fn cells(flavour: Flavour, shape: [u32; 3]) -> Body {
+        let [nx, ny, nz] = shape;
+        let cell = (0..nx * ny * nz).map(|k| [k % nx, k / nx % ny, k / nx / ny]);
+        let cell: Vec<[u32; 3]> = cell.collect();
+        Body {
+            flavour,
+            x: cell.iter().map(|c| c.map(f64::from)).collect(),
+            volume: vec![1.0; cell.len()],
+            material: vec![],
+            regions: vec![],
+            horizon: vec![],
+            cross: 1.0,
+            grid: Some(Grid {
+                origin: [0.0; 3],
+                spacing: 1.0,
+                shape,
+                cell,
+            }),
+            spacing: 1.0,
+            periodic: [None; 3],
+        }
+    }
+}
